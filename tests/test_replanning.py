@@ -19,7 +19,6 @@ from gaitgraph.invertibility.matrices import (
     scaled_decoupling_matrix,
 )
 from gaitgraph.planning import Replan, Replanner, ShortestPaths
-from gaitgraph.planning.shortest_paths import orientation, orientations
 from tests.samples import replan_requests
 
 if TYPE_CHECKING:
@@ -503,19 +502,6 @@ def test_a_corner_that_two_keep_outs_share_is_a_passage(replanner: Replanner) ->
             assert shapely.LineString(found.approach).length == pytest.approx(
                 length, abs=1e-7
             )
-
-
-def test_signs_of_orientations_are_exact() -> None:
-    rng = np.random.default_rng(0)
-    points = (
-        rng.integers(0, 4, (3, 4000, 2)) * 0.1
-        + rng.integers(-2, 3, (3, 4000, 2)) * 1e-16
-    )
-    one_by_one = [
-        orientation(*(tuple(one) for one in three))
-        for three in points.swapaxes(0, 1).tolist()
-    ]
-    assert (np.sign(orientations(*(points @ [1, 1j]))) == np.sign(one_by_one)).all()
 
 
 @pytest.mark.slow

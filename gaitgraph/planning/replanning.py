@@ -1,16 +1,14 @@
-"""Planning again in flight: a region prepared once, and answers within a millisecond.
+"""Planning again in flight: a region is prepared once, and each request is answered within milliseconds.
 
-What does not change is computed once: the region, what its corners see of each other, the limits of tilt rates. New
-keep-outs leave the region as it is and bring their corners into the search.
+New keep-outs are cut out of the region, which is then searched as :func:`gaitgraph.planning.planner.plan_loop` does.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
-from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING, Any, get_args
+from itertools import pairwise
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 import shapely
@@ -21,6 +19,7 @@ from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.build import checked_waypoints
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
+from gaitgraph.planning.request import groups_of_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import (
@@ -32,7 +31,7 @@ from gaitgraph.surface.region import (
 from gaitgraph.surface.sheets import SignChoice, separating_factor
 from gaitgraph.timing.laws import times_from
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, Motion, TimedGait
-from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF, SAME_ANGLE
+from gaitgraph.tolerances import DEFAULT_FLOOR, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, four_of, vehicle_named
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.planning.request import Point
-    from gaitgraph.surface.region import Points
+    from gaitgraph.surface.region import Points, Region
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _ROUNDING = 1e-10  # of a time
@@ -155,39 +154,24 @@ class Replanner:
         accuracy: float = DEFAULT_ACCURACY,
     ) -> None:
         checked_choice("sign", sign, get_args(SignChoice))
-        self.vehicle = body = vehicle_named(vehicle)
+        self.vehicle = vehicle_named(vehicle)
         for name in ("max_tilt_acceleration", "max_tilt_jerk"):
-            if (limit := getattr(body, name)) is not None:
+            limit = getattr(self.vehicle, name)
+            if limit is not None:
                 raise InputError(
                     f"vehicle must state no {name}, since corners are passed at speed, got {shown(limit)}",
                     field="vehicle",
                 )
-        if rate is None:
-            (rate,) = body.require(
-                "max_tilt_rate", purpose="a replanner without a rate"
-            )
-        else:
-            rate = checked_number(
-                "rate", rate, "a positive finite number (rad/s)", above=True
-            )
-        stated = math.inf if body.max_tilt_rate is None else body.max_tilt_rate
-        limits = np.minimum(four_of(rate), four_of(stated)).tolist()
-        self._limits = min(limits[::2]), min(limits[1::2])  # opposite arms tilt alike
         self.floor = checked_number("floor", floor)
-        admissible = partial(
-            admissible_region,
-            body,
+        self._most_rates = _most_rates(self.vehicle, rate)
+        self.region = admissible_region(
+            self.vehicle,
             sign=None if sign == "auto" else sign,
             floor=floor,
+            zones=Zones(keep_out=keep_out, keep_in=keep_in),
             accuracy=accuracy,
         )
-        self.region = admissible(zones=Zones(keep_out=keep_out, keep_in=keep_in))
-        self._kept_out = _apart(checked_polygons(keep_out, "keep_out"))
-        shapely.prepare(self._kept_out)
-        self._whole = self._paths = ShortestPaths(self.region.inner)
-        if len(self._kept_out):  # which are searched as new ones are
-            self._paths = ShortestPaths(admissible(zones=Zones(keep_in=keep_in)).inner)
-        _ = self._paths.sights  # computed once, now
+        self._paths = ShortestPaths(self.region.inner)
 
     def __repr__(self) -> str:
         return f"<Replanner: {self.region!r}, vehicle {self.vehicle.name!r}>"
@@ -204,117 +188,76 @@ class Replanner:
         `alpha` are the present angles, as commanded, shape (4,) [rad]. The loop is joined at its first waypoint: state
         the one that comes next first. `keep_out` are polygons that appeared since; nothing is kept of them.
         """
-        tilts = angles_from(alpha, "alpha")
-        if tilts.shape != (4,) or not (abs(tilts) <= math.pi).all():
-            raise InputError(
-                f"alpha must be four finite tilt angles within ±π rad, got {shown(alpha)}"
-            )
-        given = checked_waypoints(
-            waypoints.tolist() if isinstance(waypoints, np.ndarray) else waypoints
-        )
+        present = _four_angles(alpha)
+        if isinstance(waypoints, np.ndarray):
+            waypoints = waypoints.tolist()
+        given = checked_waypoints(waypoints)
         new = checked_polygons(keep_out, "keep_out")
-        first, second, third, fourth = tilts.tolist()
-        if (off := max(abs(first - third), abs(second - fourth))) > SAME_ANGLE:
-            advice = "give the commanded angles, which lie on it"
+        off = max(abs(present[0] - present[2]), abs(present[1] - present[3]))
+        if off > SAME_ANGLE:
             return self._refused(
-                f"the present angles are {off:.3g} rad off red, where α3 = α1 and α4 = α2; {advice}"
+                f"the present angles are {off:.3g} rad off red, where α3 = α1 and α4 = α2; give the commanded angles, "
+                "which lie on it"
             )
-        stops = [
-            stop
-            for stop, following in pairwise([*given, given[0]])
-            if stop != following
-        ] or given[:1]
-        points: list[Point] = [(first, second), *stops]
+        here = (present[0], present[1])
 
         def name_of(point: Point) -> str:
-            return (
-                "the present angles"
-                if point == points[0]
-                else f"waypoint {given.index(point) + 1}"
-            )
+            if point == here:
+                return "the present angles"
+            return f"waypoint {given.index(point) + 1}"
 
-        places: Any = shapely.points(points)
-        outside, polygons, touched = (
-            ~shapely.covers(self.region.inner, places),
-            new,
-            False,
-        )
+        # The region is cut anew, and searched as plan_loop does.
+        region, paths = self.region, self._paths
         if len(new):
-            # As one with old ones that they touch, so that no path leads between two that share a side.
-            apart = ~shapely.dwithin(self._kept_out[:, None], new, ROUND_OFF).any(
-                axis=1
-            )
-            new = _apart(np.concatenate([new, self._kept_out[~apart]]))
-            polygons = np.concatenate([new, self._kept_out[apart]])
-            if touched := bool(
-                shapely.dwithin(polygons[:, None], places, ROUND_OFF).any()
-            ):
-                outside |= shapely.contains(polygons[:, None], places).any(axis=0)
-        if outside.any():
-            free = self._free_of(new)
-            outside &= ~shapely.dwithin(free, places, ROUND_OFF)
-            if outside.any():
-                point = points[int(np.argmax(outside))]
-                return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
-        legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
-        prepared = self._paths if len(new) else self._whole
-        paths: list[Any] = (
-            [None] * len(legs) if touched else prepared.paths_around(legs, polygons)
-        )
-        left = [k for k, path in enumerate(paths) if path is None]
-        if left and len(new):
-            # The search may miss lines along borders, and from a point on a side it is decided by rounding.
-            cut = ShortestPaths(self._free_of(new))
-            for k, path in zip(
-                left, cut.paths_around([legs[k] for k in left], new[:0]), strict=True
-            ):
-                paths[k] = path
-        for leg, path in zip(legs, paths, strict=True):
+            free = region.inner.difference(shapely.union_all(new))
+            region = region_of([free, free], region.accuracy)
+            paths = ShortestPaths(free)
+        stops = [given[group[0]] for group in groups_of_repeats(given)]
+        for point in (here, *stops):
+            if not paths.contains(point):
+                return self._refused(f"{name_of(point)} {self._why_not(point, region)}")
+        found = []
+        for start, end in pairwise([here, *stops, stops[0]]):
+            path = paths.path(start, end)
             if path is None:
-                wall = (
-                    separating_factor(*leg, self.vehicle)
-                    or "keep_out or the border of the region"
-                )
+                wall = separating_factor(start, end, self.vehicle)
+                wall = wall or "keep_out or the border of the region"
                 return self._refused(
-                    f"{' and '.join(map(name_of, leg))} are separated by {wall}; move one of them"
+                    f"{name_of(start)} and {name_of(end)} are separated by {wall}; move one of them"
                 )
-        approach = paths.pop(0) if points[0] != points[1] else np.array(points[:1])
-        return self._timed(
-            approach,
-            np.concatenate([path[:-1] for path in paths] or [np.array(points[1:])]),
-        )
+            found.append(path)
+        approach, *legs = found
+        loop = np.concatenate([leg[:-1] for leg in legs if len(leg) > 1] or legs)
+        return self._timed(approach, loop)
 
     def _timed(self, approach: FloatArray, loop: FloatArray) -> Replan:
         """Return a path with its lower bound of the least singular value, as fast as the tilt rates allow."""
         path = np.concatenate([approach[:-1], loop, loop[:1]])
-        moves, (odd, even) = (
-            [(c - a, d - b) for (a, b), (c, d) in pairwise(path.tolist())],
-            self._limits,
-        )
-        lengths = [math.hypot(*move) for move in moves]
-        numbers = [0, *accumulate(math.ceil(length / _STEP) or 1 for length in lengths)]
-        nodes = np.arange(numbers[-1] + 1)
-        between = np.interp(nodes, numbers, path.view(complex)[:, 0])
+        moves = np.diff(path, axis=0)
+        lengths = np.hypot(*moves.T)
+        moving = lengths > 0
         # Seconds per radian of the path, for the arms that turn fastest; no rate exceeds its limit by rounding.
-        steps = (
-            max(abs(x) / odd, abs(y) / even) / math.hypot(x, y)
-            for x, y in moves
-            if x or y
-        )
-        slowest = max(steps, default=0.0) * (1 + _ROUNDING)
-        entered, bound = (
-            len(approach) - 1,
-            bound_along_red_path(np.array([between.real, between.imag]), self.vehicle),
-        )
+        paces = np.abs(moves[moving]) / self._most_rates / lengths[moving, None]
+        slowest = paces.max(initial=0.0) * (1 + _ROUNDING)
+        entered = len(approach) - 1
         return Replan(
             vehicle=self.vehicle,
             approach=approach,
             loop=loop,
-            # The region keeps the floor itself.
-            least_singular_value=max(float(bound.min()), self.floor),
-            duration=sum(lengths[:entered]) * slowest,
-            period=sum(lengths[entered:]) * slowest,
+            least_singular_value=self._least_singular_value(path, lengths),
+            duration=float(lengths[:entered].sum() * slowest),
+            period=float(lengths[entered:].sum() * slowest),
         )
+
+    def _least_singular_value(self, path: FloatArray, lengths: FloatArray) -> float:
+        """Return a lower bound of the least singular value along a path, from points at small steps."""
+        steps = np.maximum(np.ceil(lengths / _STEP), 1)
+        corners = np.concatenate([[0], np.cumsum(steps)])
+        points = np.arange(corners[-1] + 1)
+        plane = np.array([np.interp(points, corners, axis) for axis in path.T])
+        bound = bound_along_red_path(plane, self.vehicle)
+        # The region keeps the floor itself.
+        return max(float(bound.min()), self.floor)
 
     def _refused(self, reason: str) -> Replan:
         return Replan(
@@ -324,28 +267,35 @@ class Replanner:
             loop=np.empty((0, 2)),
         )
 
-    def _why_not(self, point: Point, free: Any) -> str:
-        """Return why a point is not admissible, and the nearest one that is."""
-        left = region_of([free, free], self.region.accuracy)
-        nearest = left.nearest(point)
+    def _why_not(self, point: Point, region: Region) -> str:
+        """Return why a point is not admissible, and the nearest one that is, in the region with new keep-outs."""
         why = self.region.why_not(point) or "inside a new keep_out polygon"
-        where = (
-            f"the nearest admissible point is {left.as_text(nearest)}"
-            if nearest
-            else "no point is admissible"
-        )
+        nearest = region.nearest(point)
+        where = "no point is admissible"
+        if nearest is not None:
+            where = f"the nearest admissible point is {region.as_text(nearest)}"
         return f"({point[0]:.4f}, {point[1]:.4f}): {why}; {where}"
 
-    def _free_of(self, polygons: Any) -> Any:
-        return self.region.inner.difference(shapely.union_all(polygons))
 
-
-def _apart(polygons: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
-    """Return polygons with those that touch as one."""
-    if np.count_nonzero(shapely.dwithin(polygons[:, None], polygons, ROUND_OFF)) > len(
-        polygons
-    ):
-        return np.asarray(
-            shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
+def _most_rates(vehicle: Vehicle, rate: float | None) -> FloatArray:
+    """Return the largest rates of α1 and α2; opposite arms tilt alike."""
+    if rate is None:
+        (most,) = vehicle.require("max_tilt_rate", purpose="a replanner without a rate")
+    else:
+        most = checked_number(
+            "rate", rate, "a positive finite number (rad/s)", above=True
         )
-    return polygons
+    limits: FloatArray = np.array(four_of(most))
+    if vehicle.max_tilt_rate is not None:
+        limits = np.minimum(limits, four_of(vehicle.max_tilt_rate))
+    return np.asarray(np.minimum(limits[:2], limits[2:]))
+
+
+def _four_angles(alpha: npt.ArrayLike) -> Sequence[float]:
+    """Return tilt angles; InputError unless they are four within ±π."""
+    tilts = angles_from(alpha, "alpha")
+    if tilts.shape != (4,) or not (np.abs(tilts) <= math.pi).all():
+        raise InputError(
+            f"alpha must be four finite tilt angles within ±π rad, got {shown(alpha)}"
+        )
+    return [float(tilt) for tilt in tilts]
