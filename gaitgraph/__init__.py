@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from gaitgraph.flight.flight import FlightSettings as FlightSettings
     from gaitgraph.flight.simulation import fly as fly
     from gaitgraph.gait.gait import Gait as Gait, lift as lift
+    from gaitgraph.gait.given import gait_of as gait_of
     from gaitgraph.gait.table import Table as Table
     from gaitgraph.graph.build import (
         surface_graph as surface_graph,
@@ -57,7 +58,8 @@ if TYPE_CHECKING:
     )
     from gaitgraph.graph.cycle_list import cycles as cycles
     from gaitgraph.invertibility.coefficients import Coefficients as Coefficients
-    from gaitgraph.io.formats import gait_of as gait_of, read_table as read_table
+    from gaitgraph.io.exporting import export as export
+    from gaitgraph.io.formats import read_table as read_table
     from gaitgraph.io.servo_map import ServoMap as ServoMap
     from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
     from gaitgraph.optimization.retargeting import retarget as retarget
@@ -69,7 +71,6 @@ if TYPE_CHECKING:
     from gaitgraph.surface.admissible import admissible_region as admissible_region
     from gaitgraph.surface.loop_colorings import colorings as colorings
     from gaitgraph.surface.sheets import roots as roots
-    from gaitgraph.timing.exporting import export as export
     from gaitgraph.timing.time_optimal import (
         Limits as Limits,
         least_period as least_period,
@@ -113,11 +114,13 @@ else:
             "gaitgraph.flight.flight": ["FlightSettings"],
             "gaitgraph.flight.simulation": ["fly"],
             "gaitgraph.gait.gait": ["Gait", "lift"],
+            "gaitgraph.gait.given": ["gait_of"],
             "gaitgraph.gait.table": ["Table"],
             "gaitgraph.graph.build": ["surface_graph", "validate_graph"],
             "gaitgraph.graph.cycle_list": ["cycles"],
             "gaitgraph.invertibility.coefficients": ["Coefficients"],
-            "gaitgraph.io.formats": ["gait_of", "read_table"],
+            "gaitgraph.io.exporting": ["export"],
+            "gaitgraph.io.formats": ["read_table"],
             "gaitgraph.io.servo_map": ["ServoMap"],
             "gaitgraph.optimization.optimize": ["optimal_gait"],
             "gaitgraph.optimization.retargeting": ["retarget"],
@@ -130,7 +133,6 @@ else:
             "gaitgraph.surface.loop_colorings": ["colorings"],
             "gaitgraph.surface.sheets": ["roots"],
             "gaitgraph.timing.time_optimal": ["Limits", "least_period", "paced"],
-            "gaitgraph.timing.exporting": ["export"],
             "gaitgraph.timing.timed_gait": ["TimedGait"],
             "gaitgraph.validation.report": ["Report"],
             "gaitgraph.validation.validating": ["validate"],

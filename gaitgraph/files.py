@@ -20,6 +20,7 @@ from gaitgraph.errors import (
     FileProblem,
     GaitgraphError,
     InputError,
+    MissingExtra,
     OutputExists,
     reworded,
     shown,
@@ -101,6 +102,21 @@ def reading(path: Path, what: str) -> Iterator[None]:
         pass_interruption(error)
         reason = error.strerror or error
         raise FileProblem(f"{what} {str(path)!r} cannot be read: {reason}") from error
+
+
+@contextlib.contextmanager
+def naming_file(source: object, what: str = "gait file") -> Iterator[None]:
+    """Name the file, once, in errors about its content; errors stay as they are if the source is not a path."""
+    try:
+        yield
+    except (MissingExtra, FileProblem):
+        raise
+    except GaitgraphError as error:
+        if not isinstance(source, (str, Path)) or error.file is not None:
+            raise
+        named = reworded(error, f"{what} {str(source)!r}: {error.message}")
+        named.file = str(source)
+        raise named from error
 
 
 def table_from_toml(text: str) -> dict[str, Any]:

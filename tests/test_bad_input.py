@@ -14,6 +14,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import FileProblem, InputError
+from gaitgraph.files import naming_file
 from gaitgraph.flight.basins import basins_of
 from gaitgraph.flight.course import from_hover
 from gaitgraph.flight.engine import Engine
@@ -25,7 +26,7 @@ from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within
-from gaitgraph.io.formats import naming_file, write_tables
+from gaitgraph.io.formats import write_tables
 from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.robustness.biased import robustness_of
@@ -69,7 +70,7 @@ NO_NUMBERS: list[Any] = [
     -(10**400),
 ]
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
-FORMS = "Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file or a"
+FORMS = "Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file"
 LISTED: Any = ["a.csv"]
 SMALL: dict[str, Any] = {
     "name": "small",
@@ -850,7 +851,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         {"gait": TABLE, "coefficients": "rough"},
         "coefficients must be one of published, printed, exact, got 'rough'",
     ),
-    (validate, {"gait": 3}, f"gait must be a {FORMS} request, got 3"),
+    (validate, {"gait": 3}, f"gait must be a {FORMS}, got 3"),
     (
         gg.export,
         {"source": G3, "outputs": np.array(3.0)},

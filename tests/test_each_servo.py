@@ -19,10 +19,10 @@ from gaitgraph.flight.course import arm_response, servo_response as stepped_resp
 from gaitgraph.gait.table import Table
 from gaitgraph.graph.build import segments_fly
 from gaitgraph.invertibility.geometry import Geometry
+from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import clipped_rows, mapped_table, servo_map_from_mapping
 from gaitgraph.surface import admissible_region
-from gaitgraph.timing.exporting import export
 from gaitgraph.timing.servo_lag import servo_response
 from gaitgraph.timing.time_optimal import least_period, limits_of
 from gaitgraph.timing.timed_gait import table_of

@@ -217,7 +217,7 @@ def test_a_gait_without_times_needs_a_period(run: Any, tmp_path: Path) -> None:
     (tmp_path / "loop.toml").write_text(request_of(4) + "period = 2.0\n")
     (tmp_path / "plan.json").write_text(run("plan", "loop.toml", "--json").out)
     assert timed_gait_of(tmp_path / "plan.json").period == 2.0
-    assert timed_gait_of(tmp_path / "loop.toml", period=3.0).period == 3.0
+    assert timed_gait_of(tmp_path / "plan.json", period=3.0).period == 3.0
 
 
 def test_settings_come_from_a_file_and_options_go_before_it(

@@ -23,11 +23,11 @@ from gaitgraph.gait.table import (
     completed_table,
 )
 from gaitgraph.io.columns import table_from_frame
+from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import FORMATS, read_table, write_tables
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import read_request
-from gaitgraph.timing.exporting import export
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 from tests.published import GAITS
@@ -421,7 +421,7 @@ def test_nothing_that_is_not_needed_is_loaded(
     code = (
         "import sys, gaitgraph as gg\n"
         "gg.validate('a.npz')\n"
-        "from gaitgraph.timing.exporting import export\n"
+        "from gaitgraph.io.exporting import export\n"
         "export('a.npz', ['b.csv', 'b.json', 'b.h'])\n"
         "print(*{'pandas', 'polars', 'pyarrow', 'scipy.io', 'rosbags'} & {*sys.modules})"
     )

@@ -14,11 +14,11 @@ from hypothesis import given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.errors import FileWarning
 from gaitgraph.gait.gait import Gait, lift, vertices
+from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
     Table,
     about_from_text,
     checked_about,
-    closed_rows,
     closing_time,
     completed_table,
     is_closed,
@@ -239,7 +239,7 @@ def test_a_last_row_closes_where_it_is_the_first_and_one_nearby_is_told_and_kept
         assert is_closed(tilt_angles(rows, PUBLISHED)) is closed
         with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("always")
-            gait, times = closed_rows(rows)
+            gait, times = given_gait(rows).rows
         assert [
             "counts as a point of its own" in str(one.message) for one in warned
         ] == [True] * told
@@ -281,8 +281,8 @@ def test_all_readers_of_a_table_find_its_period(
             is returns
         )
         read = gg.read_table(source)
-        corners, times = closed_rows(read)
-        gg.timing.export(source, [tmp_path / "whole.csv"], force=True)
+        corners, times = given_gait(read).rows
+        gg.export(source, [tmp_path / "whole.csv"], force=True)
         write_h(read, tmp_path / "rows.h")
         whole = gg.read_table(tmp_path / "whole.csv")
         assert times is not None
@@ -302,9 +302,7 @@ def test_of_a_measured_table_that_nearly_closes_every_row_is_kept(
     source = tmp_path / "rows.csv"
     write_rows(source, rows)
     with pytest.warns(FileWarning, match="rows.csv': the last row is 1e-06 rad from"):
-        assert (
-            closed_rows(gg.read_table(source), name=source)[0].alpha == rows[:, 1:]
-        ).all()
+        assert (given_gait(source).rows.gait.alpha == rows[:, 1:]).all()
     with pytest.warns(FileWarning, match="rows.csv': the last row is 1e-06 rad from"):
         kept: Any = gg.retarget(source)  # flyable, so it comes back bit by bit
     assert (kept.status, kept.table["t"][-1]) == ("unchanged", 1.0)
@@ -344,7 +342,7 @@ def test_each_command_says_once_that_a_measured_table_nearly_closes(
 def test_a_last_row_of_another_color_is_a_row_of_its_own() -> None:
     rows = table([*CORNERS, CORNERS[0]], ("red", "red", "red", "blue"))
     assert not is_closed(tilt_angles(rows, PUBLISHED))
-    assert closed_rows(rows)[0].colors == ("red", "red", "red", "blue")
+    assert given_gait(rows).rows[0].colors == ("red", "red", "red", "blue")
     assert not is_closed(np.zeros((1, 4)))
 
 
@@ -355,14 +353,14 @@ def test_an_open_table_closes_after_one_mean_step() -> None:
         ([*CORNERS, CORNERS[0]], [1.0, 1.5, 4.0, 9.0], []),
     ):
         np.testing.assert_array_equal(
-            closed_rows(table(corners, t=stated))[1], [*stated, *end]
+            given_gait(table(corners, t=stated)).rows[1], [*stated, *end]
         )
-    assert closed_rows(table(CORNERS))[1] is None
+    assert given_gait(table(CORNERS)).rows[1] is None
 
 
 def test_rows_are_lifted_each_to_its_color() -> None:
     rows = table(CORNERS, ("red", "blue", "red"))
-    gait, *_ = closed_rows(rows)
+    gait, *_ = given_gait(rows).rows
     np.testing.assert_array_equal(tilt_angles(rows, PUBLISHED), gait.alpha)
     np.testing.assert_array_equal(
         gait.alpha, lift(CORNERS, ["red", "blue", "red"]).alpha
@@ -375,27 +373,29 @@ def test_rows_without_colors_get_those_of_the_sheets_within_the_tolerance() -> N
     alpha = gg.lift(CORNERS, "blue").alpha
     for off, colors in ((0.0, ("blue",) * 3), (1.9e-3, ("blue",) * 3), (2.1e-3, ())):
         moved = alpha + off * np.array([0, 0, 1, 0])
-        assert closed_rows(table_from(moved))[0].colors == colors
+        assert given_gait(table_from(moved)).rows[0].colors == colors
 
 
 def test_the_request_stays_unless_another_vehicle_is_given() -> None:
     made = table(CORNERS)
     made = Table(columns=made.columns, about={"request": {"waypoints": [[0.4, -0.4]]}})
     assert (
-        closed_rows(made)[0].request
+        given_gait(made).rows[0].request
         == gg.gait_of(made).request
         == {"waypoints": [[0.4, -0.4]]}
     )
-    assert closed_rows(made, coefficients="exact")[0].request == {}
+    assert given_gait(made, coefficients="exact").rows[0].request == {}
     assert (
-        closed_rows(made, vehicle=gg.vehicle_named("beetle_omni"))[0].coefficients.kind
+        given_gait(made, vehicle=gg.vehicle_named("beetle_omni"))
+        .rows[0]
+        .coefficients.kind
         == "exact"
     )
     timed = Table(
         columns={**made.columns, "t": np.arange(3.0)},
         about=made.about | {"crossing_tolerance": 0},
     )
-    assert closed_rows(timed)[0].crossing_tolerance == 0
+    assert given_gait(timed).rows[0].crossing_tolerance == 0
     assert "request" in completed_table(timed).about
     assert "request" not in completed_table(timed, coefficients="exact").about
 

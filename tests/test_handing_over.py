@@ -48,7 +48,6 @@ FORMS: dict[str, Callable[[Path], Any]] = {
     "texts": lambda _: [[a, b, a, b] for a, b in WAYPOINTS],
     "file": lambda folder: str(folder / "gait.csv"),
     "path": lambda folder: folder / "gait.csv",
-    "request": lambda folder: folder / "request.json",
     "name": lambda _: "gait3",
 }
 USES: dict[str, Callable[[Any], Any]] = {
@@ -85,9 +84,6 @@ USES: dict[str, Callable[[Any], Any]] = {
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("gaits")
     TIMED.write(path / "gait.csv")
-    (path / "request.json").write_text(
-        json.dumps({"waypoints": WAYPOINTS, "samples": 8}), encoding="utf-8"
-    )
     return path
 
 
@@ -97,7 +93,7 @@ CASES = [
     (use, form)
     for use in USES
     for form in FORMS
-    if use in QUICK or form in ("array", "request")
+    if use in QUICK or form in ("array", "file")
 ]
 
 
@@ -106,6 +102,20 @@ def test_every_use_of_a_gait_takes_it_in_every_form(
     folder: Path, use: str, form: str
 ) -> None:
     assert USES[use](FORMS[form](folder))
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("request.json", '{"waypoints": [[0.8, -0.8]]}'),
+        ("request.toml", "waypoints = [[0.8, -0.8]]"),
+    ],
+)
+def test_a_request_is_no_gait(tmp_path: Path, name: str, text: str) -> None:
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(gg.InputError, match="a request,? (which )?is planned first"):
+        gg.validate(path)
 
 
 @pytest.mark.parametrize("form", FORMS)

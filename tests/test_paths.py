@@ -17,8 +17,8 @@ import gaitgraph as gg
 from gaitgraph.flight.basins import basins_of
 from gaitgraph.flight.course import from_hover
 from gaitgraph.gait.table import RATES
+from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import FORMATS
-from gaitgraph.timing.exporting import export
 from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ import shapely
 
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.gait.gait import lift
+from gaitgraph.gait.given import gait_of, given_gait
 from gaitgraph.gait.table import ANGLES
-from gaitgraph.io.formats import gait_of, given_gait, write_tables
+from gaitgraph.io.formats import write_tables
 from gaitgraph.optimization import retargeting
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.timing.timed_gait import table_of
@@ -284,7 +285,9 @@ def test_why_there_is_none() -> None:
 
 
 def test_the_command_reads_writes_and_says_no(run: Any, tmp_path: Path) -> None:
-    write_tables(given_gait(wave(6, count=12)), [tmp_path / "animal.csv"])
+    animal = given_gait(wave(6, count=12)).table
+    assert animal is not None
+    write_tables(animal, [tmp_path / "animal.csv"])
     answer = run("retarget", "animal.csv", "--json", "--output", "gait.json").json
     assert (answer["status"], answer["rows"], answer["flyable"]) == (
         "retargeted",

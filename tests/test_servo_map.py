@@ -13,8 +13,10 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
+from gaitgraph.gait.given import gait_of
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table
-from gaitgraph.io.formats import gait_of, read_table, write_tables
+from gaitgraph.io.exporting import export
+from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import (
     PRESETS,
     ServoMap,
@@ -24,7 +26,6 @@ from gaitgraph.io.servo_map import (
     servo_map_named,
     tilts_from_joints,
 )
-from gaitgraph.timing.exporting import export
 from gaitgraph.timing.timed_gait import table_of
 
 if TYPE_CHECKING:

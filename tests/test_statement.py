@@ -20,9 +20,10 @@ import gaitgraph as gg
 from gaitgraph.certificates import check, verify
 from gaitgraph.errors import FileWarning, Infeasible
 from gaitgraph.gait.digits import Digits, digits_of
+from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value
-from gaitgraph.io.formats import given_gait, write_tables
+from gaitgraph.io.formats import write_tables
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import table_of
 
@@ -37,6 +38,12 @@ FAST = gg.Vehicle(
 CORNERS = [(-0.2, 0.3), (-0.2, -0.07), (-0.9, -0.07), (-0.9, 0.3)]
 NUMBERS = ("t", *ANGLES, *RATES, *ACCELERATIONS)
 FORMATS = [".csv", ".json", ".npz", ".mat", ".parquet"]
+
+
+def given_table(gait: Any) -> Table:
+    table = given_gait(gait).table
+    assert table is not None
+    return table
 
 
 def rounded(table: Table, angles: int, times: int = 17) -> Table:
@@ -263,7 +270,7 @@ def test_rates_that_do_not_fit_the_rows_are_dropped(tmp_path: Path) -> None:
         # The same in a file that states its motion: everything is computed from the rows.
         found, said = read_in(tmp_path / "a.json", replace(table, columns=columns))
         assert "the stated motion has" in said[0]
-        gg.timing.export(found, [tmp_path / "a.h"], force=True)
+        gg.export(found, [tmp_path / "a.h"], force=True)
         assert "cubic" not in (tmp_path / "a.h").read_text()
 
 
@@ -297,7 +304,7 @@ def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
         bare = Table(columns={name: timed.columns[name] for name in NUMBERS})
         with warnings.catch_warnings():
             warnings.simplefilter("error", FileWarning)
-            assert RATES[0] in given_gait(bare)
+            assert RATES[0] in given_table(bare)
 
 
 def test_a_number_that_ends_in_zeros_has_the_decimals_of_its_column() -> None:
@@ -398,11 +405,11 @@ def test_rows_that_are_lifted_are_joined_through_their_rates() -> None:
     assert not gg.validate(four).flyable
     assert not gg.validate(fitting).flyable
     with pytest.warns(FileWarning, match="row 2 states alpha3_rate = 50"):
-        found = given_gait(fitting | {"alpha3_rate": 100 * rate})
+        found = given_table(fitting | {"alpha3_rate": 100 * rate})
     assert RATES[0] not in found
     stated = {"corners": CORNERS, "law": "smooth", "period": 2.0, "samples": 2}
     with pytest.warns(FileWarning, match="not all angles"):
-        found = given_gait(Table(columns=fitting, about=stated))
+        found = given_table(Table(columns=fitting, about=stated))
     assert RATES[0] not in found
     assert "color" in found
 
@@ -594,8 +601,8 @@ def test_what_pace_made_flyable_stays_flyable_on_every_way_between_formats(
         assert timed is not None
         timed.write(tmp_path / f"a{suffix}", force=True)
         other = tmp_path / f"b{suffixes[(k + 3) % len(suffixes)]}"
-        gg.timing.export(tmp_path / f"a{suffix}", [other], force=True)
-        gg.timing.export(other, [tmp_path / "c.csv"], force=True)
+        gg.export(tmp_path / f"a{suffix}", [other], force=True)
+        gg.export(other, [tmp_path / "c.csv"], force=True)
         for path in (tmp_path / f"a{suffix}", other, tmp_path / "c.csv"):
             report = gg.validate(path)
             assert report.flyable, (path.name, report.reason)

@@ -21,13 +21,14 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
+from gaitgraph.gait.given import gait_of
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.io import formats, text_files
 from gaitgraph.io.columns import table_from_frame
-from gaitgraph.io.formats import gait_of, read_table, write_tables
+from gaitgraph.io.exporting import export
+from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.planning.request import read_request
-from gaitgraph.timing.exporting import export
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import refusal
 from tests.published import GAITS
@@ -415,7 +416,6 @@ READERS = {
     ".mat": "scipy.io.loadmat",
     ".parquet": "pyarrow.parquet.ParquetFile",
     ".mcap": "rosbags.rosbag2.Reader",
-    ".toml": "tomllib.loads",
 }
 
 
@@ -432,11 +432,8 @@ def test_what_a_signal_handler_raises_is_passed_on(
     error: type[Exception],
 ) -> None:
     path = tmp_path / f"gait{suffix}"
-    if suffix == ".toml":
-        path.write_text("waypoints = [[0.8, -0.8]]")
-    else:
-        pytest.importorskip(READERS[suffix].split(".")[0])
-        TIMED.write(path)
+    pytest.importorskip(READERS[suffix].split(".")[0])
+    TIMED.write(path)
     raised = error("deadline")
 
     def on_alarm(number: int, frame: object) -> None:

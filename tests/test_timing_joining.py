@@ -12,8 +12,8 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.gait.table import ACCELERATIONS, RATES
 from gaitgraph.invertibility import hover_thrust_shares
+from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import FORMATS
-from gaitgraph.timing.exporting import export
 from gaitgraph.timing.joining import JoinedPath, RunUp, played, run_up
 from gaitgraph.timing.timed_gait import RowTimedGait, table_of
 

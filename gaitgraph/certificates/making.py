@@ -21,10 +21,10 @@ from gaitgraph import __version__
 from gaitgraph.angles import angle_within
 from gaitgraph.certificates import check
 from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
-from gaitgraph.files import check_new_files, write_whole
+from gaitgraph.files import check_new_files, naming_file, write_whole
+from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, even_times, tilt_angles
 from gaitgraph.invertibility import matrices
-from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 from gaitgraph.tolerances import DEFAULT_FLOOR
@@ -33,9 +33,9 @@ from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.gait.given import GaitLike, GivenGait
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
@@ -136,7 +136,7 @@ def certify(
     Parameters
     ----------
     gait
-        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`. With a clock rates and accelerations are
+        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`. With a clock rates and accelerations are
         claimed too; rows of a table without a law are joined by straight segments.
     vehicle, coefficients
         For tables and files; by default those that the table states, else the paper's vehicle.
@@ -159,29 +159,24 @@ def certify(
     >>> certify(lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red")).document["claims"]["sign_of_R"]["sign"]
     'negative'
     """
-    choices: Any = {"vehicle": vehicle, "coefficients": coefficients}
-    source = given_gait(gait, **choices)
-    if not isinstance(source, Table):
-        choices = {}
+    given = given_gait(gait, vehicle=vehicle, coefficients=coefficients)
     angle = None
     if tilt is not None:
         angle = angle_within(tilt, "tilt", math.pi / 2 - 1e-6, least=0.0)
-    with naming_file(gait):
-        reason = _reason_against(source)
+    with naming_file(given.file):
+        reason = _reason_against(given)
         if reason:
             raise Infeasible(f"no certificate, since {reason}")
-        report = validate(source, floor=floor, **choices)
+        report = validate(given, floor=floor)
         if not report.flyable:
             raise Infeasible(
                 f"no certificate, since the gait is not flyable: {report.reason}"
             )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FileWarning)  # the report has them
-            path: Gait | TimedGait
-            if timing and _is_timed(source):
-                path = timed_gait_of(source, **choices)
-            else:
-                path = gait_of(source, **choices)
+            path: Gait | TimedGait = given.gait
+            if timing and _is_timed(given):
+                path = timed_gait_of(given)
     stated = _Stated(path)
     claims = _claims_of(stated, report, angle)
     intervals = {"joints": len(stated.pieces)}
@@ -195,7 +190,7 @@ def certify(
     document = {
         "format": check.FORM["format"],
         "made_by": f"gaitgraph {__version__}",
-        "deviation": _rounded(_deviation(stated, source), ROUND_CEILING),
+        "deviation": _rounded(_deviation(stated, given.table), ROUND_CEILING),
         "vehicle": stated.vehicle,
         "law": stated.law,
         "pieces": stated.pieces,
@@ -208,12 +203,12 @@ def certify(
     )
 
 
-def _reason_against(source: Any) -> str:
+def _reason_against(given: GivenGait) -> str:
     """Return why a flyable gait would get no certificate, "" if it can get one."""
-    if not getattr(source, "repeats", True):
+    if not given.repeats:
         return "it is a path that is run once, and no closed gait"
-    states_no_law = isinstance(source, Table) and source.motion is None
-    if states_no_law and source.joined_by_cubics:
+    table = given.table
+    if table is not None and table.motion is None and table.joined_by_cubics:
         return (
             "the rows are played as cubics through their rates, and state no law; leave the columns of rates out to "
             "certify straight segments"
@@ -221,10 +216,10 @@ def _reason_against(source: Any) -> str:
     return ""
 
 
-def _is_timed(source: Any) -> bool:
-    if isinstance(source, Table):
-        return "t" in source or "period" in source.about
-    return hasattr(source, "rate_checks")
+def _is_timed(given: GivenGait) -> bool:
+    if given.table is None:
+        return given.motion is not None
+    return "t" in given.table or "period" in given.table.about
 
 
 def _decimal(value: float, digits: int | None = None) -> Fraction:
@@ -357,7 +352,7 @@ class _Stated:
         return alpha
 
 
-def _deviation(stated: _Stated, source: object) -> float:
+def _deviation(stated: _Stated, table: Table | None) -> float:
     """Return how far a gait is from its certificate's curve at most [rad]."""
     deviation: float = 2 * stated.off + 1e-14
     path = stated.timed
@@ -366,9 +361,11 @@ def _deviation(stated: _Stated, source: object) -> float:
     # Floats of the times are off by some ulps of the period.
     fastest = float(np.abs(path.at(path.t).rates).max())
     deviation += 4e-15 * (1.0 + fastest * path.period)
-    if isinstance(source, Table):
-        seconds = even_times(source) - source["t"][0] if "t" in source else path.t
-        rows = tilt_angles(source, path.gait.coefficients)
+    if table is not None:
+        seconds = path.t
+        if "t" in table:
+            seconds = even_times(table) - table["t"][0]
+        rows = tilt_angles(table, path.gait.coefficients)
         deviation += float(np.abs(path.at(seconds).alpha - rows).max())
     return deviation
 

@@ -19,9 +19,9 @@ from gaitgraph.certificates.check import (
     wrenches_of,
 )
 from gaitgraph.errors import InputError
-from gaitgraph.files import text_of
+from gaitgraph.files import naming_file, text_of
 from gaitgraph.gait.table import ANGLES
-from gaitgraph.io.formats import FORMATS, naming_file, read_table
+from gaitgraph.io.formats import FORMATS, read_table
 
 if TYPE_CHECKING:
     from gaitgraph.gait.table import Table

@@ -39,7 +39,9 @@ if TYPE_CHECKING:
 
     from click.shell_completion import CompletionItem
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.gait.table import Table
+    from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.planning.request import PlanRequest
 
     Decorator = Callable[[Any], Any]
@@ -567,13 +569,33 @@ def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
         raise reworded(error, f"--{name.replace('_', '-')}{message}") from error
 
 
-def as_given(gait_file: str, *, once: bool = False, **reading: Any) -> Any:
-    """Return a gait file's name, or with `once` its table as a path; `reading` is for its reader."""
-    if not once:
-        return gait_file
-    from gaitgraph.io.formats import read_table
+def gait_in(
+    gait_file: str,
+    given: Mapping[str, Any],
+    fields: Sequence[str] = ("vehicle", "coefficients"),
+    *,
+    once: bool = False,
+    joints: ServoMap | None = None,
+) -> GaitLike:
+    """Return the gait that a GAIT_FILE stands for: of a request the one planned, else what its name says.
 
-    return read_table(gait_file, **reading).once()
+    The options of these `fields` replace those of a request. With `once` it is its table as a path, read with `joints`.
+    """
+    from gaitgraph.io.formats import holds_request, read_table
+
+    if once:
+        return read_table(gait_file, joints=joints).once()
+    if gait_file in PAPER_GAITS or not holds_request(gait_file):
+        return gait_file
+    from gaitgraph.gait.given import GivenGait
+    from gaitgraph.planning.planner import planned_gait
+
+    chosen = {name: given[name] for name in fields if name in given}
+    return GivenGait(source=planned_gait(gait_file, chosen))
+
+
+TIMED = ("vehicle", "coefficients", "period", "law")
+"""Fields of a request that the options of a command with a timed gait replace."""
 
 
 def check_outputs(paths: Paths, *, force: bool) -> None:

@@ -11,6 +11,7 @@ from gaitgraph.cli import (
     Working,
     command,
     file,
+    gait_in,
     one_of,
     option,
     tell,
@@ -65,7 +66,7 @@ def figures_command(
     if formats:
         given["formats"] = [name.lower() for name in formats]
     if gait_file is not None:
-        given = {"only": ("set",), "gait": gait_file} | given
+        given = {"only": ("set",), "gait": gait_in(gait_file, given)} | given
     with Working("drawing") as progress:
         written = write_figures(output, progress=progress, **given)
     known = {figure.stem: figure for figure in FIGURES.values()}

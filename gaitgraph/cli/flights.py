@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from gaitgraph.cli import (
+    TIMED,
     Paths,
     Working,
-    as_given,
     command,
     flag,
+    gait_in,
     named_in_errors,
     one_of,
     option,
@@ -166,7 +167,7 @@ def fly_command(
     with Working("planning") as progress, named_in_errors(asked):
         attitude = given.pop("attitude", None)
         start = None if attitude is None else checked_attitude(attitude)
-        source = as_given(gait_file, once=once)
+        source = gait_in(gait_file, given, TIMED, once=once)
         timed = _flown(source, bias, joined=hovers, **given)
         course: Any = timed
         if hovers:
@@ -303,7 +304,8 @@ def basin_command(
         if name in given
     }
     with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
-        timed = timed_gait_of(gait_file, **given)
+        source = gait_in(gait_file, given, TIMED)
+        timed = timed_gait_of(source, **given)
         progress("flying")
         basins = basins_of(
             timed,

@@ -10,12 +10,12 @@ from gaitgraph.cli import (
     Kind,
     Paths,
     Working,
-    as_given,
     certificates_beside,
     check_outputs,
     command,
     file,
     flag,
+    gait_in,
     named_in_errors,
     one_of,
     option,
@@ -62,9 +62,11 @@ def transition_command(
 
     check_outputs(outputs, force=force)
     with Working("searching a path"):
-        found = transition(
-            *(HOVER if one.lower() == HOVER else one for one in (start, end)), **given
+        ends = (
+            HOVER if end.lower() == HOVER else gait_in(end, given)
+            for end in (start, end)
         )
+        found = transition(*ends, **given)
         meets = bool(found) and (require == "valid" or found.report.flyable)
         written = outputs if meets else ()
         if written:
@@ -249,7 +251,7 @@ def _pacing(
     )
 
     origin = origin_of(
-        gait_file,
+        gait_in(gait_file, given),
         vehicle=given.get("vehicle"),
         coefficients=given.get("coefficients"),
     )
@@ -301,7 +303,7 @@ def retarget_command(
         del given["sign"]
     check_outputs(outputs, force=force)
     with Working(f"retargeting {gait_file}"):
-        found = retarget(gait_file, **given)
+        found = retarget(gait_in(gait_file, {}), **given)
         table = found.table
         if table is not None and outputs:
             write_outputs(table, outputs, force=force)
@@ -358,10 +360,10 @@ def export_command(
     elsewhere with --columns. What is written is judged: if it is not flyable (or not valid, with --require valid),
     nothing is written and the exit code is 1, unless --anyway.
     """
+    from gaitgraph.io.exporting import export
     from gaitgraph.io.formats import tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.vehicles import check_films, write_films
-    from gaitgraph.timing.exporting import export
     from gaitgraph.validation.report import lines_of_checks
 
     servo_map = None if servos is None else servo_map_named(servos)
@@ -370,7 +372,7 @@ def export_command(
     tables, films = tables_and_films(outputs)
     check_films(films, force=force)
     with Working(f"exporting {gait_file}"):
-        source = as_given(gait_file, once=once, joints=given.get("joints"))
+        source = gait_in(gait_file, given, once=once, joints=given.get("joints"))
         done = export(source, tables, force=force, servos=servo_map, **given)
         if films:
             write_films(done.table, films, force=force)

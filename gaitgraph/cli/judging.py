@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.cli import (
     PAPER_GAITS,
+    TIMED,
     Working,
-    as_given,
     command,
     file,
     flag,
+    gait_in,
     option,
     print_problem,
     show,
@@ -24,6 +25,7 @@ from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
     from gaitgraph.cli import Paths
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.gait.table import Table
     from gaitgraph.timing.timed_gait import TimedGait
 
@@ -63,7 +65,8 @@ def validate_command(
     If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), or four that no
     half turn maps to each other, physics alone is checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
     """
-    from gaitgraph.io.formats import holds_request, naming_file, read_table
+    from gaitgraph.files import naming_file
+    from gaitgraph.io.formats import holds_request, read_table
     from gaitgraph.validation.any_rotors import validate_geometry
     from gaitgraph.validation.validating import validate
     from gaitgraph.vehicle import Vehicle
@@ -79,13 +82,15 @@ def validate_command(
                 )
             _check_any_rotors(require)
             return show(validate_geometry(gait_file, geometry, once=once, **floor))
-        source: Any = gait_file
+        source: GaitLike
         states_vehicle, note = True, ""
         if once or not (gait_file in PAPER_GAITS or holds_request(gait_file)):
             table = read_table(gait_file)
             states_vehicle = "vehicle" in table.about
             note = _note_on_certificate(gait_file, table, given)
             source = table.once() if once else table
+        else:
+            source = gait_in(gait_file, given)
         with naming_file(gait_file):
             report = validate(source, **given)
         if report.valid is None:
@@ -154,7 +159,8 @@ def certify_command(
             )
     check_new_files(outputs, force=force)
     with Working(f"certifying {gait_file}"):
-        found = certify(gait_file, timing=not untimed, **given)
+        source = gait_in(gait_file, given)
+        found = certify(source, timing=not untimed, **given)
         for name in outputs:
             found.write(name, force=force)
     return show(
@@ -232,7 +238,7 @@ def robustness_command(
     check_pictures(outputs, force=force)
     figure = blank_figure(152.4, 127.0) if outputs else None
     with Working(f"tilting {gait_file}") as progress:
-        source = as_given(gait_file, once=once)
+        source = gait_in(gait_file, given, once=once)
         report = robustness_of(source, progress=progress, **given)
         if figure is not None:
             with paper_style():
@@ -277,7 +283,7 @@ def compare_command(
     check_pictures(outputs, force=force)
     names = (first, second)
     with Working("comparing"):
-        gaits = [timed_gait_of(name, **given) for name in names]
+        gaits = [timed_gait_of(gait_in(name, given, TIMED), **given) for name in names]
         found = [
             {"gait": name, **_numbers(timed)}
             for name, timed in zip(names, gaits, strict=True)

@@ -22,14 +22,9 @@ from gaitgraph.errors import (
     shown,
 )
 from gaitgraph.explorer import queries
-from gaitgraph.gait.table import closed_rows
-from gaitgraph.io.formats import (
-    FORMATS,
-    known_format,
-    naming_file,
-    unchecked_table,
-    write_tables,
-)
+from gaitgraph.files import naming_file
+from gaitgraph.gait.given import given_gait
+from gaitgraph.io.formats import FORMATS, known_format, unchecked_table, write_tables
 from gaitgraph.plots.vehicles import write_films
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.statement import checked
@@ -106,7 +101,7 @@ def table_answer(
             table = checked(table, path)
             with naming_file(path):
                 report = validate(table)
-            rows, times = closed_rows(table)
+            rows, times = given_gait(table).rows
             progress(1.0)
         except (InputError, FileProblem) as error:
             raise reworded(

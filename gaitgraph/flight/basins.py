@@ -44,8 +44,8 @@ from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
 
 DEFAULT_EXTENT = math.radians(80.0)  # largest roll and pitch at the start

@@ -22,8 +22,8 @@ from gaitgraph.timing.timed_gait import ROW_BY_ROW, TimedGait
 from gaitgraph.vehicle import four_of, linked
 
 if TYPE_CHECKING:
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Each, Vehicle
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph import later
 from gaitgraph.angles import angle_from_text, number_of, whole_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
@@ -480,9 +481,7 @@ class Flight:
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
         """Write tables, plots and films of the flight; see :func:`gaitgraph.plots.flights.write_flight`."""
-        from gaitgraph.plots.flights import write_flight
-
-        write_flight(self, paths, force=force)
+        later.write_flight(self, paths, force=force)
 
     def __repr__(self) -> str:
         return f"<Flight: {self.flown:g} s, {self.reason or self.verdict}>"

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle
 
 _DEFAULT_ATTITUDE = (

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph import later
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, shown
@@ -43,9 +44,6 @@ from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.timing.laws import LawName
-    from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.validation.report import Report
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
@@ -225,10 +223,10 @@ class Gait(Pictured):
         self,
         period: float = 1.0,
         *,
-        law: LawName = "smooth",
+        law: later.LawName = "smooth",
         samples: int | None = None,
         rate: float | None = None,
-    ) -> TimedGait:
+    ) -> later.TimedGait:
         """Return the gait with a timing law over a period.
 
         Parameters
@@ -246,10 +244,8 @@ class Gait(Pictured):
         -----
         Samples lie on the gait, but may miss its corners.
         """
-        from gaitgraph.timing.timed_gait import TimedGait, checked_clock
-
-        count = checked_clock(period, law, samples=samples, rate=rate)
-        return TimedGait(gait=self, period=float(period), law=law, samples=count)
+        count = later.checked_clock(period, law, samples=samples, rate=rate)
+        return later.TimedGait(gait=self, period=float(period), law=law, samples=count)
 
     def check(
         self,
@@ -257,11 +253,9 @@ class Gait(Pictured):
         tolerance: float = DEFAULT_TOLERANCE,
         floor: float = DEFAULT_FLOOR,
         angle_rounding: float | None = None,
-    ) -> Report:
+    ) -> later.Report:
         """Return every check of valid and flyable; see :func:`gaitgraph.validation.validating.check_gait`."""
-        from gaitgraph.validation.validating import check_gait
-
-        return check_gait(
+        return later.check_gait(
             self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding
         )
 

@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph import __version__
+from gaitgraph import __version__, later
 from gaitgraph.angles import angles_from, checked_number, number_of
 from gaitgraph.arrays import check_unmasked, freeze_arrays, read_only
 from gaitgraph.errors import FileWarning, InputError, MissingExtra, shown
 from gaitgraph.gait.digits import Digits
-from gaitgraph.gait.gait import Gait, points_on_sheets
+from gaitgraph.gait.gait import points_on_sheets
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
@@ -66,11 +66,15 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.forms import FloatArray
 
-    TimedGait = Any  # timing comes after this package
-
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
 RATES = tuple(f"{name}_rate" for name in ANGLES)
 ACCELERATIONS = tuple(f"{name}_acceleration" for name in ANGLES)
+RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
+"""The derivatives of tilt angles that a vehicle may limit, and their units."""
+
+RATE_CHECKS = tuple(f"tilt_{kind}" for kind in RATE_UNITS)
+"""Names of the checks that need timing."""
+
 DEGREES = {f"{name}_deg": name for name in ANGLES}
 TEXTS = ("color", "types")
 ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
@@ -120,14 +124,14 @@ class Table(Pictured):
     about: dict[str, Any] = field(default_factory=dict)
     digits: dict[str, Digits] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    _motion: TimedGait | None = field(default=None, init=False, repr=False)
+    _motion: later.TimedGait | None = field(default=None, init=False, repr=False)
 
     @property
-    def motion(self) -> TimedGait | None:
+    def motion(self) -> later.TimedGait | None:
         """The timed gait whose samples the rows are, or None: see :func:`gaitgraph.timing.statement.checked`."""
         return self._motion
 
-    def with_motion(self, motion: TimedGait) -> Table:
+    def with_motion(self, motion: later.TimedGait) -> Table:
         """Return the table of samples of a motion; other rows or another provenance make a table without it."""
         table = replace(self)
         object.__setattr__(table, "_motion", motion)  # the record is frozen
@@ -543,72 +547,6 @@ def colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
     """Return the color of the sheet that each point lies on, to within 2e-3 rad; none if one lies on none."""
     codes = colors_along(alpha, coefficients, DEFAULT_TOLERANCE)
     return tuple(map(color_of, codes.tolist())) if codes.all() else ()
-
-
-def closed_rows(
-    table: Table,
-    *,
-    vehicle: VehicleLike | None = None,
-    coefficients: CoefficientsLike | None = None,
-    name: object = None,
-) -> tuple[Gait, FloatArray | None]:
-    """Return the closed polyline through a table's rows, and its times.
-
-    By default vehicle and coefficients are those of the table, else the paper's; the gait then keeps the request of the
-    table. Rows without colors get those of the sheets they lie on, if each lies on one to within 2e-3 rad. A
-    last row that closes the table is no corner. The n + 1 times [s] include the return to the first corner; None
-    without a column t. Of a path that is run once the polyline leads out and back, in twice the time: its segments are
-    those of the path.
-
-    >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
-    >>> gait, times = closed_rows(Table(columns=columns))
-    >>> gait.alpha[:, 2].tolist(), times.tolist()
-    ([0.4, 0.9], [0.0, 1.0, 2.0])
-    """
-    request = table.about.get("request")
-    request = (
-        dict(request)
-        if isinstance(request, dict) and vehicle is None and coefficients is None
-        else {}
-    )
-    vehicle, numbers, crossing = surface_of(table, vehicle, coefficients)
-    check_symmetric(numbers.rotors)
-    alpha, t = tilt_angles(table, numbers), table.columns.get("t")
-    colors = tuple(table["color"]) if "color" in table else colors_of(alpha, numbers)
-    warn_of_ends(table, name)
-    if not table.repeats and len(alpha) > 1:
-        back = slice(-2, 0, -1)
-        alpha, colors = np.vstack([alpha, alpha[back]]), colors + colors[back]
-        t = None if t is None else np.append(t, 2 * t[-1] - t[-2::-1])
-    elif is_closed(alpha):
-        alpha, colors = alpha[:-1], colors[: len(alpha) - 1]
-    elif t is not None:
-        t = np.append(t, closing_time(t[0], t[-1], len(t)))
-    made: dict[str, Any] = {
-        "vehicle": vehicle,
-        "coefficients": numbers,
-        "crossing_tolerance": crossing,
-    }
-    return Gait(alpha=alpha, colors=colors, request=request, **made), t
-
-
-def motion_of(
-    table: Table,
-    vehicle: VehicleLike | None = None,
-    coefficients: CoefficientsLike | None = None,
-) -> TimedGait | None:
-    """Return the motion that a table samples, for another vehicle or other coefficients if given; None if it has none.
-
-    A law under limits on blue has none for another vehicle, whose blue sheet is elsewhere.
-    """
-    motion = table.motion
-    if motion is None or (vehicle is None and coefficients is None):
-        return motion
-    if motion.made_for and motion.gait.color != "red":
-        return None
-    vehicle, coefficients, _ = surface_of(table, vehicle, coefficients)
-    gait = replace(motion.gait, vehicle=vehicle, coefficients=coefficients, request={})
-    return motion.with_gait(gait)
 
 
 def accelerations_of(table: Table) -> FloatArray:

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 
     import networkx as nx
 
+    from gaitgraph import later
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.validation.report import Report
 
 _ROUNDING = 1000  # quanta: what rounding its edges may add to a cycle
 
@@ -89,7 +89,7 @@ class Cycle(ClosedWalk):
         return gait_along(self.surface, self.nodes)
 
     @property
-    def report(self) -> Report:
+    def report(self) -> later.Report:
         """All checks of the gait with straight runs merged, with the graph's floor; milliseconds."""
         return self.path.merged().check(floor=metadata_of(self.surface)["floor"])
 

@@ -8,8 +8,8 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.io.columns import table_from_frame as table_from_frame
+    from gaitgraph.io.exporting import Exported as Exported, export as export
     from gaitgraph.io.formats import (
-        gait_of as gait_of,
         read_table as read_table,
         write_tables as write_tables,
     )
@@ -26,7 +26,8 @@ else:
         __name__,
         {
             "gaitgraph.io.columns": ["table_from_frame"],
-            "gaitgraph.io.formats": ["gait_of", "read_table", "write_tables"],
+            "gaitgraph.io.exporting": ["Exported", "export"],
+            "gaitgraph.io.formats": ["read_table", "write_tables"],
             "gaitgraph.io.servo_map": [
                 "Joint",
                 "ServoMap",

@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
 from gaitgraph.files import pass_interruption
 from gaitgraph.gait.digits import FLOAT_32, Digits, digits_of
+from gaitgraph.gait.given import is_frame
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
@@ -46,11 +47,13 @@ from gaitgraph.io.servo_map import (
     tilts_from_joints,
 )
 from gaitgraph.surface.sheets import COLORS, types_from_text
+from gaitgraph.timing.statement import checked
 from gaitgraph.vehicle import vehicle_in_gait_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from gaitgraph.gait.given import Frame
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.servo_map import ServoMap
 
@@ -291,9 +294,12 @@ class TableBuilder:
 
 
 def checked_table(table: Table) -> Table:
-    """Return a table with its columns as a reader leaves them; InputError if no file could have held them."""
+    """Return a table as a reader leaves it, compared with what it states; InputError if no file could have held it."""
+    if table.motion is not None:
+        return table
     whole = TableBuilder().whole(table.columns, table.about)
-    return replace(whole, digits=whole.digits | table.digits, notes=table.notes)
+    digits = whole.digits | table.digits
+    return checked(replace(whole, digits=digits, notes=table.notes))
 
 
 def column_of(name: str, given: Any) -> Any:
@@ -421,27 +427,6 @@ def _texts(name: str, values: Any) -> tuple[str, ...]:
 # -- Frames
 
 
-class HasColumns(Protocol):
-    """What frames of all libraries have in common: names of columns, and columns by their names."""
-
-    columns: Any
-
-    def __getitem__(self, name: str, /) -> Any: ...
-
-
-Frame = HasColumns | Mapping[str, Any]
-"""A frame, whichever library it is of, or a mapping of names to columns."""
-
-
-def is_frame(value: object) -> bool:
-    """Return whether a value is a frame, or a mapping."""
-    # The class is asked: asking a lazy frame for its columns would compute them.
-    has_columns = hasattr(type(value), "columns") and hasattr(
-        type(value), "__getitem__"
-    )
-    return isinstance(value, Mapping) or (has_columns and not isinstance(value, Table))
-
-
 def table_from_frame(frame: Frame) -> Table:
     """Return the gait table in a frame of pandas or polars, a table of pyarrow, or a mapping of names to arrays.
 
@@ -494,7 +479,7 @@ def table_from_frame(frame: Frame) -> Table:
         tell=lambda note: warnings.warn(f"frame: {note}", FileWarning, stacklevel=5)
     )
     builder.begin(names, about)
-    return builder.table(columns, angle_texts=True)
+    return checked(builder.table(columns, angle_texts=True))
 
 
 def states_making(text: str) -> bool:

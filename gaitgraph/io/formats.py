@@ -7,77 +7,47 @@ The libraries of an extra are loaded by the functions that need them.
 from __future__ import annotations
 
 import warnings
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import whole_number
-from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import (
-    FileProblem,
     FileWarning,
-    GaitgraphError,
-    Infeasible,
     InputError,
     MissingExtra,
     OutputExists,
     did_you_mean,
     needs_extra,
-    reworded,
-    shown,
 )
 from gaitgraph.files import (
     check_new_files,
+    naming_file,
     path_of,
     reading,
     text_of,
     value_from_json,
     write_whole,
 )
-from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
 from gaitgraph.gait.table import (
-    ANGLES,
     Table,
-    check_repeats,
-    closed_rows,
-    motion_of,
     repeated,
 )
-from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import (
     TableBuilder,
-    checked_table,
-    is_frame,
-    table_from_frame,
 )
 from gaitgraph.io.servo_map import mapped_table, servo_map_named
-from gaitgraph.vehicle import PAPER, vehicle_named
+from gaitgraph.timing.statement import checked
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
     from types import ModuleType
 
-    import numpy.typing as npt
-
-    from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.io.columns import Frame
     from gaitgraph.io.servo_map import ServoMapLike
-    from gaitgraph.vehicle import VehicleLike
-
-    class HasGait(Protocol):
-        """What has a gait: a timed gait, a plan and other answers."""
-
-        @property
-        def gait(self) -> Gait:
-            """The gait."""
-
-    GaitLike = Gait | HasGait | Table | Frame | str | Path | npt.ArrayLike
 
 _WHAT = "gait file"
 _MOST_PERIODS = 100_000
@@ -182,6 +152,7 @@ def known_format(
         )
         known += also if reads else [] if suffix in FILMS else FILMS
         hints |= {
+            ".toml": "; a request is planned first",
             ".db3": "; ros2 bag convert turns it into .mcap",
             ".m": "; MATLAB and Octave load .mat",
         }
@@ -268,102 +239,12 @@ def check_outputs(
 # -- Reading
 
 
-def given_gait(gait: GaitLike, *, name: str = "gait", **choices: Any) -> Any:
-    """Return a gait in any form as a Gait, a timed gait or a Table. All functions take gaits through this one.
-
-    A plan, or another answer with a timed gait, gives that. A request file is planned with the `choices` that are not
-    None (`vehicle`, `coefficients` …); a gait has its own, so that choices beside it are refused. "gait1" to "gait4"
-    are those of the paper. Rows of shape (n, 4), frames and gait files become tables, whose statement is checked
-    against their rows. InputError, with the `name`, for anything else.
-    """
-    from gaitgraph.timing.statement import checked
-
-    stated = {option: value for option, value in choices.items() if value is not None}
-    if hasattr(type(gait), "timed"):
-        timed = gait.timed() if callable(gait.timed) else gait.timed  # type: ignore[union-attr]
-        if timed is None:
-            raise Infeasible(
-                getattr(gait, "reason", None) or f"{name} has no timed gait"
-            )
-        gait = timed
-    if isinstance(gait, Gait) or hasattr(type(gait), "rate_checks"):
-        for option, value in stated.items():
-            raise InputError(
-                f"{option} must be None beside a gait, which has its own, got {shown(value)}"
-            )
-        return gait
-    if isinstance(gait, (str, Path)):
-        if number := PAPER_GAITS.get(str(gait)):
-            vehicle = vehicle_named(stated.get("vehicle", PAPER))
-            return paper_gait(
-                number, vehicle, coefficients_of(vehicle, stated.get("coefficients"))
-            )
-        if holds_request(gait):
-            from gaitgraph.planning.planner import planned_gait
-
-            return planned_gait(gait, stated)
-        return read_table(gait)
-    if is_frame(gait):
-        return checked(table_from_frame(gait))  # type: ignore[arg-type]
-    if isinstance(gait, Table):
-        known = gait.motion is not None
-        return gait if known else checked(checked_table(gait))
-    check_unmasked(gait, name)
-    rows = np.array(
-        gait if isinstance(gait, (list, tuple, np.ndarray)) else None, dtype=object
-    )
-    if rows.size and rows.shape[1:] == (4,):
-        return table_from_frame(dict(zip(ANGLES, rows.T.tolist(), strict=True)))
-    allowed = "a Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file or a request"
-    raise InputError(f"{name} must be {allowed}, got {shown(gait)}", field=name)
-
-
-def gait_of(
-    gait: GaitLike,
-    *,
-    vehicle: VehicleLike | None = None,
-    coefficients: CoefficientsLike | None = None,
-    name: str = "gait",
-    path: bool = False,
-) -> Gait:
-    """Return the gait that was handed over in any form: of a table the closed polyline, straight runs merged.
-
-    A last row that repeats the first is the closing row. Rows of alpha1, alpha2 and color alone are lifted. Rows
-    without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad.
-
-    The vehicle and the coefficients are those given, else those that the table states, else the paper's. The gait keeps
-    the request that the table states, if none is given. With `path` a table that is run once is led out and back.
-    Raises InputError if it is no gait, as :func:`given_gait` says, or a path,
-    FileProblem if a file cannot be read, and Infeasible if a request has no gait.
-
-    >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
-    [0.4, 0.9]
-    """
-    source = given_gait(gait, name=name, vehicle=vehicle, coefficients=coefficients)
-    if not path:
-        with naming_file(gait):
-            check_repeats(source, name)
-    if not isinstance(source, Table):
-        return source if isinstance(source, Gait) else source.gait
-    motion = motion_of(source, vehicle, coefficients)
-    if motion is not None:
-        corners: Gait = motion.gait
-        return corners
-    with naming_file(gait):
-        rows, _ = closed_rows(
-            source, vehicle=vehicle, coefficients=coefficients, name=gait
-        )
-    return replace(rows.merged(), request=rows.request)
-
-
 def read_table(path: str | Path, *, joints: ServoMapLike | None = None) -> Table:
     """Read a gait table of any format in :data:`FORMATS`, or a plan saved as JSON.
 
     `joints` describes the columns of a servo table from elsewhere, as `servos` of :func:`write_tables`; ours state them. Raises FileProblem if the file
     cannot be read, and InputError, with file and place, if it holds no gait table.
     """
-    from gaitgraph.timing.statement import checked
-
     table = unchecked_table(path, joints=joints)
     with naming_file(path):
         return checked(table, path)
@@ -422,18 +303,3 @@ def holds_request(path: str | Path) -> bool:
             and "columns" not in content
         )
     return False
-
-
-@contextmanager
-def naming_file(source: object, what: str = _WHAT) -> Iterator[None]:
-    """Name the file, once, in errors about its content; errors stay as they are if the source is not a path."""
-    try:
-        yield
-    except (MissingExtra, FileProblem):
-        raise
-    except GaitgraphError as error:
-        if not isinstance(source, (str, Path)) or error.file is not None:
-            raise
-        named = reworded(error, f"{what} {str(source)!r}: {error.message}")
-        named.file = str(source)
-        raise named from error

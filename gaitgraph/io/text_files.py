@@ -295,6 +295,8 @@ def read_json(path: Path, builder: TableBuilder) -> Table:
         raise InputError(f"{_JSON}, got {shown(content)}")
     elif "path" in content:
         columns, about = _columns_of_plan(content)
+    elif "waypoints" in content and "columns" not in content:
+        raise InputError("it holds a request, which is planned first")
     else:
         columns, about = (
             content.get("columns", content),

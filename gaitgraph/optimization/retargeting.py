@@ -25,10 +25,10 @@ from gaitgraph.angles import angle_within, checked_number, number_of
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Advice, Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.given import gait_of, given_gait
 from gaitgraph.gait.table import (
     ANGLES,
     Table,
-    check_repeats,
     closing_time,
     is_closed,
     note_on_ends,
@@ -38,7 +38,6 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant
-from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
@@ -52,10 +51,10 @@ if TYPE_CHECKING:
 
     from shapely import Polygon
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.matrices import BoolArray, IntArray
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.region import Points, Region
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle, VehicleLike
@@ -122,8 +121,9 @@ class Retargeted:
     @property
     def gait(self) -> Gait:
         """The new gait as a closed polyline, straight runs merged; Infeasible if there is none."""
-        self._moves()
-        return gait_of(self.table)  # type: ignore[arg-type]
+        if self.table is None:
+            raise Infeasible(self.reason)
+        return gait_of(self.table)
 
     @property
     def total(self) -> float:
@@ -251,7 +251,7 @@ def retarget(
     Parameters
     ----------
     source
-        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`. The segment back to the first row is implied.
+        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`. The segment back to the first row is implied.
     vehicle, coefficients
         Of the new gait; by default those of the source, else the paper's vehicle.
     sign, floor
@@ -461,16 +461,14 @@ def _smaller(
 
 def _given_table(source: GaitLike) -> Table:
     """Return a gait in any form as a table of up to :data:`MOST_ROWS` rows that repeats; else InputError."""
-    given = given_gait(source)
-    if isinstance(given, Table):
-        table = given
-    elif isinstance(given, Gait):
-        table = _table_from(given)
+    given = given_gait(source, once=False)
+    if given.table is not None:
+        table = given.table
+    elif given.motion is not None:
+        table = table_of(given.motion)
     else:
-        table = table_of(given)
-    with naming_file(source):
-        check_repeats(table)
-    warn_of_ends(table, source)
+        table = _table_from(given.gait)
+    warn_of_ends(table, given.file)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
     return table

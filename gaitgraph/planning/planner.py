@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import shapely
 
 from gaitgraph.errors import Advice, Infeasible
+from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
@@ -25,7 +26,7 @@ from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
 from gaitgraph.planning.request import PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.report import RATE_CHECKS, verdict_of
+from gaitgraph.validation.report import verdict_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

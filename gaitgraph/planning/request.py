@@ -21,8 +21,9 @@ import numpy as np
 
 from gaitgraph.angles import checked_number
 from gaitgraph.errors import InputError, check_fields, checked_choice, of_field, shown
-from gaitgraph.files import table_from_toml, text_of
+from gaitgraph.files import naming_file, table_from_toml, text_of
 from gaitgraph.gait.gait import PAPER_GAITS
+from gaitgraph.gait.given import gait_of
 from gaitgraph.gait.table import (
     ANGLES,
     check_repeats,
@@ -36,10 +37,8 @@ from gaitgraph.graph.build import (
 )
 from gaitgraph.invertibility.coefficients import Kind, coefficients_of
 from gaitgraph.io.formats import (
-    gait_of,
     holds_request,
     known_format,
-    naming_file,
     object_from_json,
     unchecked_table,
 )

@@ -21,8 +21,9 @@ import numpy as np
 from gaitgraph.angles import HALF_PI, checked_number, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import Table, check_repeats
-from gaitgraph.io.formats import gait_of, given_gait, naming_file, write_tables
+from gaitgraph.gait.given import given_gait
+from gaitgraph.gait.table import RATE_CHECKS, RATE_UNITS, Table
+from gaitgraph.io.formats import write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
@@ -44,7 +45,7 @@ from gaitgraph.timing.timed_gait import (
     table_of,
 )
 from gaitgraph.tolerances import DEFAULT_FLOOR
-from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, verdict_of
+from gaitgraph.validation.report import verdict_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, four_of
 
@@ -52,9 +53,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
@@ -382,24 +383,21 @@ class _End(NamedTuple):
 
 
 def _end_of(
-    given: GaitLike,
+    handed: GaitLike,
     name: str,
     vehicle: VehicleLike | None,
     coefficients: CoefficientsLike | None,
 ) -> _End:
     """Return what a path may join: the corners of a gait without times, the first row of one with times."""
-    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
-    source = given_gait(given, name=name, **chosen)
-    with naming_file(given):
-        check_repeats(source, name)
-        if isinstance(source, Gait) or (
-            isinstance(source, Table) and "t" not in source
-        ):
-            gait = gait_of(given, name=name, **chosen)
-            return _End(gait, gait, None, {})
-        is_table = isinstance(source, Table)
-        motion = played(source, **(chosen if is_table else {}))
-    made_for = source.limits if is_table else motion.made_for
+    given = given_gait(
+        handed, vehicle=vehicle, coefficients=coefficients, name=name, once=False
+    )
+    table = given.table
+    has_times = given.motion is not None if table is None else "t" in table
+    if not has_times:
+        return _End(given.gait, given.gait, None, {})
+    motion = played(given)
+    made_for: Mapping[str, Any] = motion.made_for if table is None else table.limits
     limits: dict[str, Each] = {kind: tuple(one) for kind, one in made_for.items()}
     gait = motion.gait
     place = replace(

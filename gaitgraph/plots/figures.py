@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gaitgraph.io.formats import GaitLike
+    from gaitgraph.gait.given import GaitLike
 
     Drawing = Callable[[Figure, "_FigureInput"], Any]
 

@@ -19,11 +19,11 @@ import shapely
 from gaitgraph.angles import HALF_PI, percent, whole_number
 from gaitgraph.errors import InputError, shown as shown_value
 from gaitgraph.gait.gait import Gait, name_of
+from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, surface_of, tilt_angles
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.io.columns import checked_table
-from gaitgraph.io.formats import gait_of
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
 from gaitgraph.plots.planes import FINE, draw_zeros_of_R
@@ -46,9 +46,9 @@ if TYPE_CHECKING:
 
     from gaitgraph.flight.basins import Basin
     from gaitgraph.flight.flight import Outcome
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.planning.any_angle import Location
 
     Shown = Gait | TimedGait | Table | Plan | Report | Region | Vehicle
@@ -95,7 +95,8 @@ def gait_loop(
         raise InputError(
             f"angles must be two different ones of 1 to 4, got {shown_value(angles)}"
         )
-    gait, fresh = gait_of(gait, path=True), ax is None
+    gait = given_gait(gait).gait
+    fresh = ax is None
     ax = base.axes_or_new(ax)
     columns = [angle - 1 for angle in angles]
     starts, ends = gait.alpha[:, columns], gait.ends[:, columns]

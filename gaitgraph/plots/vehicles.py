@@ -23,9 +23,10 @@ from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import name_of
+from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
-from gaitgraph.io.formats import FILMS, given_gait
+from gaitgraph.io.formats import FILMS
 from gaitgraph.plots.axes import (
     ROTOR_COLORS,
     axes_or_new,
@@ -43,8 +44,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
 
 # Positions of the viewer: azimuth from forward, positive to the left, and elevation [rad].
 DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))  # behind, right and above
@@ -447,9 +448,9 @@ def write_films(
     overwrites existing files.
     """
     check_films(paths, force=force)
-    given = given_gait(gait)
-    timed = timed_gait_of(given)
-    table = given if isinstance(given, Table) else table_of(timed)
+    source = given_gait(gait).source
+    timed = timed_gait_of(source)
+    table = source if isinstance(source, Table) else table_of(timed)
     period, name = timed.period, timed.gait.vehicle.name
     phases, delays = film_clock(period)
     seen = vehicle_view(timed.at(phases * period).alpha, timed.gait.vehicle)

@@ -11,8 +11,8 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import angle_within, percent, whole_number
-from gaitgraph.gait.gait import Gait, checked_factors
-from gaitgraph.gait.table import Table, closed_rows, motion_of
+from gaitgraph.gait.gait import checked_factors
+from gaitgraph.gait.given import given_gait
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_along, singular_value_bound
@@ -24,7 +24,6 @@ from gaitgraph.invertibility.tilt_margins import (
     least_tilt_margin,
     nearest_singular_attitude,
 )
-from gaitgraph.io.formats import given_gait, naming_file
 from gaitgraph.robustness.attitudes import (
     AcceptableAttitudes,
     SingularCurve,
@@ -38,9 +37,9 @@ from gaitgraph.validation.rules import Segments, segments_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import GaitPoint
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
@@ -272,7 +271,7 @@ def robustness_of(
     Parameters
     ----------
     gait
-        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`, on the surfaces or off them; closed.
+        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`, on the surfaces or off them; closed.
     bias, scale
         One or more η in (0, 1] by which α3 and α4, equations (12) to (15), or all four angles are scaled.
     tilt
@@ -361,16 +360,11 @@ def _closed_segments(
     gait: GaitLike, vehicle: VehicleLike | None
 ) -> tuple[Segments, Vehicle]:
     """Return the segments of a closed gait, and its vehicle."""
-    source = given_gait(gait, vehicle=vehicle)
-    if isinstance(source, Table):
-        motion = motion_of(source, vehicle)
-        with naming_file(gait):
-            points, times = closed_rows(source, vehicle=vehicle, name=gait)
-        if motion is not None:
-            return _closed_segments(motion, None)
-        return segments_of(points, "row", times), points.vehicle
-    points = source if isinstance(source, Gait) else source.gait
-    return segments_of(points), points.vehicle
+    given = given_gait(gait, vehicle=vehicle)
+    if given.table is not None and given.motion is None:
+        rows, times = given.rows
+        return segments_of(rows, "row", times), rows.vehicle
+    return segments_of(given.gait), given.gait.vehicle
 
 
 def _angle_error(alpha: FloatArray, coefficients: Coefficients) -> float:

@@ -28,8 +28,9 @@ from gaitgraph.errors import (
 from gaitgraph.files import from_toml_file, path_of
 from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
 from gaitgraph.gait.gait import PAPER_GAITS, checked_factor
+from gaitgraph.gait.given import gait_of
 from gaitgraph.gait.table import ANGLES
-from gaitgraph.io.formats import gait_of, holds_request, read_table
+from gaitgraph.io.formats import holds_request, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import (
     REQUEST_FIELDS,

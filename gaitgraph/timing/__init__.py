@@ -13,7 +13,6 @@ if TYPE_CHECKING:
         Rounding as Rounding,
         rounded as rounded,
     )
-    from gaitgraph.timing.exporting import Exported as Exported, export as export
     from gaitgraph.timing.joining import (
         JoinedPath as JoinedPath,
         RunUp as RunUp,
@@ -50,7 +49,6 @@ else:
                 "least_period",
                 "paced",
             ],
-            "gaitgraph.timing.exporting": ["Exported", "export"],
             "gaitgraph.timing.timed_gait": [
                 "Motion",
                 "TimedGait",

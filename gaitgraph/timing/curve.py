@@ -20,11 +20,13 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph import later
 from gaitgraph.angles import angle_within, figure
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.io.formats import gait_of
+from gaitgraph.gait.given import gait_of
+from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.surface.sheets import sheet_angles
 from gaitgraph.timing.laws import (
     bernstein_from_power,
@@ -36,16 +38,13 @@ from gaitgraph.timing.laws import (
 )
 from gaitgraph.timing.timed_gait import Motion, TimedGait
 from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE, SAME_ANGLE
-from gaitgraph.validation.report import RATE_UNITS
-from gaitgraph.validation.validating import check_gait
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
-    from gaitgraph.validation.report import CheckOptions, Report
     from gaitgraph.vehicle import Vehicle
 
 DEFAULT_CHORD = 1e-6
@@ -154,8 +153,8 @@ class Curve:
         )
 
     def check(
-        self, *, chord: float = DEFAULT_CHORD, **options: Unpack[CheckOptions]
-    ) -> Report:
+        self, *, chord: float = DEFAULT_CHORD, **options: Unpack[later.CheckOptions]
+    ) -> later.Report:
         """Return every check of valid and flyable for the curve itself, between samples too; options as for a gait.
 
         :func:`gaitgraph.validation.validating.check_gait` checks chords within `chord` [rad] of the curve. Its results
@@ -165,7 +164,7 @@ class Curve:
         """
         alpha = self.at(self.turning_points())
         extremes = np.stack([alpha.min(axis=0), alpha.max(axis=0)])
-        return check_gait(
+        return later.check_gait(
             self.polyline(chord), beside=chord, extremes=extremes, **options
         )
 
@@ -515,7 +514,7 @@ class LimitedGait(TimedGait):
             at[np.linalg.norm(self.curve.at(at, 1), axis=1) <= tolerance]
         )
 
-    def check(self, **options: Unpack[CheckOptions]) -> Report:
+    def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
         return (self.curve or self.gait).check(**options).with_timing(self)
 

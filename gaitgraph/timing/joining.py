@@ -23,10 +23,16 @@ from typing import TYPE_CHECKING, Any, Self, Unpack, cast
 
 import numpy as np
 
+from gaitgraph import later
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError
-from gaitgraph.gait.table import RATES, Table, accelerations_of, completed_table
-from gaitgraph.io.formats import given_gait, naming_file
+from gaitgraph.gait.given import given_gait
+from gaitgraph.gait.table import (
+    RATE_UNITS,
+    RATES,
+    accelerations_of,
+    completed_table,
+)
 from gaitgraph.timing.laws import times_from
 from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import (
@@ -37,8 +43,6 @@ from gaitgraph.timing.timed_gait import (
     TimedPath,
     timed_gait_of,
 )
-from gaitgraph.validation.report import RATE_UNITS, hover_thrust_text
-from gaitgraph.validation.validating import both
 from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
@@ -47,10 +51,9 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
-    from gaitgraph.validation.report import Check, CheckOptions, Report
     from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 
 _RISE = 10.1  # k·N·T, at which the clock's rate is within 1e-9 of 1
@@ -70,15 +73,14 @@ def played(
     Rows with rates are joined by polynomials through these and their accelerations, others by straight lines. The
     options are those of :func:`gaitgraph.timing.timed_gait.timed_gait_of`.
     """
-    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
-    source = given_gait(gait, **chosen)
-    if not isinstance(source, Table):
-        return timed_gait_of(source)
-    with naming_file(gait):
-        motion = timed_gait_of(source, **chosen)
-    if not isinstance(motion, RowTimedGait) or not source.joined_by_cubics:
+    given = given_gait(gait, vehicle=vehicle, coefficients=coefficients)
+    motion = timed_gait_of(given)
+    table = given.table
+    if table is None or not table.joined_by_cubics:
         return motion
-    rows = completed_table(source, **chosen)
+    if not isinstance(motion, RowTimedGait):
+        return motion
+    rows = completed_table(table, vehicle=vehicle, coefficients=coefficients)
     rates = np.column_stack([rows[name] for name in RATES])
     derivatives = np.stack([rates, accelerations_of(rows)], axis=1)
     return replace(motion, row_derivatives=derivatives)
@@ -366,7 +368,7 @@ class JoinedPath(TimedGait):
                 peaks[k] = np.maximum(peaks[k], bound)
         return peaks
 
-    def check(self, **options: Unpack[CheckOptions]) -> Report:
+    def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the paths and of the whole gaits that are begun or left, the worse of each."""
         motions = [
             section.motion if isinstance(section, RunUp) else section
@@ -378,12 +380,12 @@ class JoinedPath(TimedGait):
         return replace(found, hover_power=power, hover_power_over="time", repeats=False)
 
 
-def _worst_of_all(reports: Sequence[Report]) -> Report:
+def _worst_of_all(reports: Sequence[later.Report]) -> later.Report:
     """Return the report of motions one after another: of each check the worst, and the hover thrusts of all of them."""
-    found = reduce(both, reports)
+    found = reduce(later.both, reports)
     worst = {check.name: check for check in found.checks}
 
-    def nearest(name: str, distance: Callable[[Check], float]) -> None:
+    def nearest(name: str, distance: Callable[[later.Check], float]) -> None:
         checks = [report[name] for report in reports]
         if all(check.ok and check.decided for check in checks):
             worst[name] = min(checks, key=distance)
@@ -399,7 +401,7 @@ def _worst_of_all(reports: Sequence[Report]) -> Report:
     least, largest = min(one[0] for one in thrusts), max(one[1] for one in thrusts)
     strongest = reports[[one[1] for one in thrusts].index(largest)]
     worst["hover_thrust"] = replace(
-        worst["hover_thrust"], message=hover_thrust_text(least, largest)
+        worst["hover_thrust"], message=later.hover_thrust_text(least, largest)
     )
     return replace(
         found,

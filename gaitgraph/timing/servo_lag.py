@@ -24,8 +24,8 @@ from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 from gaitgraph.tolerances import ROUND_OFF
 
 if TYPE_CHECKING:
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
 
 _STEPS = 256  # that the quickest servo's time constant is divided into, at least
 _FEWEST, _MOST_STEPS = 1 << 14, 1 << 21  # of a period

@@ -24,9 +24,9 @@ from gaitgraph.angles import (
 )
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Advice, InputError, shown
-from gaitgraph.gait.table import Table, motion_of
+from gaitgraph.gait.given import given_gait
+from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.invertibility.forms import FloatArray
-from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
 from gaitgraph.timing.laws import (
     LAWS,
@@ -38,15 +38,14 @@ from gaitgraph.timing.laws import (
     tilts_over_time,
 )
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 
@@ -224,16 +223,10 @@ def origin_of(
 ) -> Origin:
     """Return the gait that a path in any form was made from: of a paced table the one that it states, else itself.
 
-    The options are those of :func:`gaitgraph.io.formats.gait_of`.
+    The options are those of :func:`gaitgraph.gait.given.given_gait`.
     """
-    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
-    made = given_gait(path, **chosen)
-    if isinstance(made, Table):
-        with naming_file(path):
-            gait = gait_of(made, **chosen)
-        made = motion_of(made, vehicle, coefficients)
-    else:
-        gait = gait_of(made)
+    given = given_gait(path, vehicle=vehicle, coefficients=coefficients, once=False)
+    gait, made = given.gait, given.motion
     if not isinstance(made, LimitedGait):
         return Origin(gait)
     limits = made.made_for

@@ -5,32 +5,26 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph import later
 from gaitgraph.angles import number_of, whole_number
 from gaitgraph.arrays import freeze_arrays, read_only, read_only_columns
 from gaitgraph.errors import Advice, InputError, checked_choice, shown
+from gaitgraph.files import naming_file
 from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
+    RATE_CHECKS,
     RATES,
     Table,
-    closed_rows,
-    motion_of,
 )
 from gaitgraph.invertibility.matrices import level_determinant, mean_hover_powers
-from gaitgraph.io.formats import (
-    check_outputs,
-    given_gait,
-    naming_file,
-    tables_and_films,
-    write_tables,
-)
 from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import color_codes, text_from_types, types_at
 from gaitgraph.timing.laws import (
@@ -44,17 +38,15 @@ from gaitgraph.timing.laws import (
     times_from,
     values_of,
 )
-from gaitgraph.validation.report import RATE_CHECKS, limit_check
-from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import four_of, scale_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from pathlib import Path
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
-    from gaitgraph.validation.report import Check, CheckOptions, Report
     from gaitgraph.vehicle import VehicleLike
 
 DEFAULT_SAMPLES = 100
@@ -302,13 +294,13 @@ class TimedGait(Pictured):
         mean = float(powers @ widths / widths.sum())
         return mean if math.isfinite(mean) else None
 
-    def check(self, **options: Unpack[CheckOptions]) -> Report:
+    def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the gait and its rates, accelerations and jerks; options as for :meth:`Gait.check`."""
         return self.gait.check(**options).with_timing(self)
 
     def rate_checks(
         self, noun: str = "period", share: float = 1.0
-    ) -> tuple[Check, ...]:
+    ) -> tuple[later.Check, ...]:
         """Return the checks of tilt rates and accelerations, and of jerks where the vehicle limits them.
 
         A failed check states the `noun` that would keep the limit, a time that is a `share` of the period.
@@ -333,7 +325,7 @@ class TimedGait(Pictured):
             elif limit is not None:
                 needed = self.period * share * (peak / limit) ** (1 / order)
                 advice = f"this law needs a {noun} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
-            checks.append(limit_check(name, peak, joint + 1, limit, advice))
+            checks.append(later.limit_check(name, peak, joint + 1, limit, advice))
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
@@ -341,17 +333,15 @@ class TimedGait(Pictured):
 
         Films (.gif, .mp4) are written by :meth:`animate`.
         """
-        tables, films = tables_and_films(paths)
-        check_outputs(tables, force=force)
+        tables, films = later.tables_and_films(paths)
+        later.check_outputs(tables, force=force)
         if films:
             self.animate(*films, force=force)
-        write_tables(table_of(self), tables, force=force, periods=periods)
+        later.write_tables(table_of(self), tables, force=force, periods=periods)
 
     def animate(self, *paths: str | Path, force: bool = False) -> None:
         """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.vehicles.write_films`."""
-        from gaitgraph.plots.vehicles import write_films
-
-        write_films(table_of(self), paths, force=force)
+        later.write_films(table_of(self), paths, force=force)
 
     def to_pandas(self) -> Any:
         """Return the gait table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
@@ -445,7 +435,7 @@ class RowTimedGait(TimedGait):
         )
         return [np.abs(control).max(axis=(0, 1)) for control in controls]
 
-    def check(self, **options: Unpack[CheckOptions]) -> Report:
+    def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the rows; see :func:`gaitgraph.validation.validating.validate`."""
         gait = self.gait
         columns: dict[str, Any] = {"t": self.times}
@@ -457,7 +447,7 @@ class RowTimedGait(TimedGait):
         if self.row_derivatives is not None:
             columns |= zip(RATES, self.row_derivatives[:, 0].T, strict=True)
             columns |= zip(ACCELERATIONS, self.row_derivatives[:, 1].T, strict=True)
-        return validate(
+        return later.validate(
             Table(columns=columns),
             vehicle=gait.vehicle,
             coefficients=gait.coefficients.kind,
@@ -533,16 +523,16 @@ class TimedPath(TimedGait):
     def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
         return self.loop._peaks(orders)
 
-    def check(self, **options: Unpack[CheckOptions]) -> Report:
+    def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the path; options as for :meth:`Gait.check`."""
         if isinstance(self.loop, RowTimedGait):
-            return validate(table_of(self), **options)
+            return later.validate(table_of(self), **options)
         report = self.gait.check(**options).with_timing(self)
         return replace(report, repeats=False)
 
     def rate_checks(
         self, noun: str = "duration", share: float = 1.0
-    ) -> tuple[Check, ...]:
+    ) -> tuple[later.Check, ...]:
         """Return the checks of tilt rates, accelerations and jerks; see :meth:`TimedGait.rate_checks`."""
         return self.loop.rate_checks(noun, share / 2)
 
@@ -555,19 +545,18 @@ def timed_gait_of(
     period: float | None = None,
     law: LawName | None = None,
 ) -> TimedGait:
-    """Return the timed gait of a gait in any form; see :func:`gaitgraph.io.formats.given_gait`.
+    """Return the timed gait of a gait in any form; see :func:`gaitgraph.gait.given.given_gait`.
 
     By default the vehicle and the coefficients are those that a file states, and so is the motion if its rows are those
     of it, see :mod:`gaitgraph.timing.statement`. Otherwise rows are joined by straight segments, each at its own time.
     Without times the period is 1 s; a file needs a `period`
-    then. Raises InputError, FileProblem or Infeasible if it is not a gait, cannot be read, is the table of a flight, or
-    is a request that has no gait.
+    then. Raises InputError, FileProblem or Infeasible if it is not a gait, cannot be read, or is the table of a flight.
     """
-    is_file = isinstance(gait, (str, Path))
-    clock: Any = {"period": period, "law": law} if is_file else {}  # for a request
-    source = given_gait(gait, vehicle=vehicle, coefficients=coefficients, **clock)
+    given = given_gait(gait, vehicle=vehicle, coefficients=coefficients)
+    source = given.source
+    is_file = given.file is not None
     if isinstance(source, TimedGait):
-        if is_file or (period is None and law is None):
+        if period in (None, source.period) and law in (None, source.law):
             return source
         choice: Any = source.law if law is None else law
         return source.gait.parametrize(
@@ -579,7 +568,7 @@ def timed_gait_of(
         )
     about = source.about
     if about.get("made_by") == "fly":
-        name = str(gait) if is_file else "FILE"
+        name = str(given.file) if is_file else "FILE"
         advice = (
             f"; gaitgraph plan {name} --output gait.csv writes its gait"
             if "request" in about
@@ -589,15 +578,14 @@ def timed_gait_of(
             f"gait file {name!r} must be the table of a gait, got that of a flight{advice}",
             file=str(name),
         )
-    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
-    motion: TimedGait | None = motion_of(source, **chosen)
+    motion = given.motion
     if motion is not None and period is None and law is None:
         return motion
-    with naming_file(gait):
-        rows, times = closed_rows(source, **chosen, name=gait)
-        corners = replace(rows.merged(), request=rows.request)
-        if motion is not None:
-            corners = motion.gait
+    rows, times = given.rows
+    corners = replace(rows.merged(), request=rows.request)
+    if motion is not None:
+        corners = motion.gait
+    with naming_file(given.file):
         if not source.repeats and len(source) > 1:
             return _timed_path(source, corners, rows, times, period, law)
     is_asked = period is not None or law is not None
@@ -606,8 +594,8 @@ def timed_gait_of(
     if times is None or len(source) == 1:
         if period is None and len(corners.alpha) > 1 and is_file:
             raise InputError(
-                f"gait file {str(gait)!r} has no column t",
-                file=str(gait),
+                f"gait file {str(given.file)!r} has no column t",
+                file=str(given.file),
                 advice=Advice("set period= (s)", "set --period SECONDS"),
             )
         return corners.parametrize(1.0 if period is None else period, law=law)

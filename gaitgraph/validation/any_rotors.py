@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitgraph import later
 from gaitgraph.angles import angles_from, checked_number, figure
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.table import is_closed
+from gaitgraph.gait.table import RATE_UNITS, is_closed
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
-from gaitgraph.io.formats import unchecked_table
 from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF
 from gaitgraph.validation.report import (
     LIMITED,
-    RATE_UNITS,
     Check,
     GaitPoint,
     Report,
@@ -120,7 +119,7 @@ def _rows_of(
             "tilt_axis must be other than zero for at least one rotor, got none that tilts"
         )
     if isinstance(table, (str, Path)):
-        rows = unchecked_table(table, angles=names)
+        rows = later.unchecked_table(table, angles=names)
         alpha = np.zeros((len(rows), len(tilts)))
         alpha[:, tilts] = np.column_stack([rows[name] for name in names])
         return alpha, rows.repeats

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gaitgraph.angles import distance_to_multiple, figure, figures_apart
+from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.invertibility.coefficients import coefficients_of, is_red
 from gaitgraph.invertibility.forms import Form, Sines
 from gaitgraph.invertibility.matrices import (
@@ -36,7 +37,6 @@ from gaitgraph.surface.sheets import HOVER_LABEL, home_in_words, red_label
 from gaitgraph.tolerances import DEFAULT_TOLERANCE, IDLE_SHARE, SAME_ANGLE
 from gaitgraph.validation.report import (
     LIMITED,
-    RATE_CHECKS,
     Report,
     State,
     following,

@@ -14,18 +14,13 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from gaitgraph.angles import figure, figures_apart
+from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.pictured import Pictured
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from gaitgraph.surface.loop_colorings import Colorings
-
-RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
-"""The derivatives of the tilt angles that a vehicle may limit, in order, and their units."""
-
-RATE_CHECKS = tuple(f"tilt_{kind}" for kind in RATE_UNITS)
-"""Names of the checks that need timing."""
 
 _LIKELY = {
     "rate": 100.0,

@@ -14,6 +14,7 @@ import numpy as np
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
+    RATE_UNITS,
     RATES,
     Table,
     accelerations_of,
@@ -28,7 +29,7 @@ from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface.loop_colorings import Colorings, colorings
 from gaitgraph.surface.sheets import color_of
 from gaitgraph.validation.physics import report_of
-from gaitgraph.validation.report import RATE_UNITS, Check, Report, limit_check
+from gaitgraph.validation.report import Check, Report, limit_check
 from gaitgraph.validation.rules import Criteria, Segments, check_of
 from gaitgraph.validation.wrong_rows import LoneRows, lone_rows
 from gaitgraph.vehicle import four_of, scale_of

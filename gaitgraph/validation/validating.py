@@ -3,9 +3,6 @@
 The rows of a table are joined by straight segments, also the last with the first, and by cubics where it has rates and
 accelerations; every check holds along them. If the rows sample a motion that the table states, that is judged too, and
 the worse of each check counts.
-
-Timing comes later in the import order, so a timed gait is recognised here by its `gait` and its `rate_checks`, which
-follow from its law. Rates of a table follow from its rows.
 """
 
 from __future__ import annotations
@@ -17,27 +14,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import (
-    Table,
-    closed_rows,
-    motion_of,
-    surface_of,
-    tilt_angles,
-)
-from gaitgraph.io.formats import given_gait, naming_file
+from gaitgraph.files import naming_file
+from gaitgraph.gait.given import given_gait
+from gaitgraph.gait.table import RATE_CHECKS, surface_of, tilt_angles
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
 from gaitgraph.validation.any_rotors import validate_geometry
 from gaitgraph.validation.physics import report_of
-from gaitgraph.validation.report import RATE_CHECKS, Report
 from gaitgraph.validation.rows import report_of_rows, segments_along_cubics
 from gaitgraph.validation.rules import Criteria, check_of, segments_of
 
 if TYPE_CHECKING:
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.gait.given import GaitLike, GivenGait
+    from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.formats import GaitLike
+    from gaitgraph.timing.timed_gait import TimedGait
+    from gaitgraph.validation.report import CheckOptions, Report
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _PASSING = 2e-4  # of limits, by cubics through samples of a motion [rad, or a share]
@@ -111,7 +105,7 @@ def validate(
     Parameters
     ----------
     gait
-        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`. Of a table both its rows and the motion that
+        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`. Of a table both its rows and the motion that
         it states are judged, see :mod:`gaitgraph.timing.statement`.
     vehicle, coefficients
         For tables and files; by default those that the table states, else the paper's vehicle.
@@ -146,33 +140,38 @@ def validate(
     >>> bool(report), report.flyable, report["R_sign"].decided, report.listing.count
     (True, False, False, 2)
     """
-    choices: Any = {
-        "vehicle": vehicle,
-        "coefficients": coefficients,
-        "crossing_tolerance": crossing_tolerance,
-    }
-    source = given_gait(gait, **choices)
-    limits: Any = {
+    given = given_gait(gait, vehicle=vehicle, coefficients=coefficients)
+    limits: CheckOptions = {
         "tolerance": tolerance,
         "floor": floor,
         "angle_rounding": angle_rounding,
     }
-    if isinstance(source, Table):
-        with naming_file(gait):
-            body, numbers, _ = surface_of(source, vehicle, coefficients)
+    table = given.table
+    if table is not None:
+        with naming_file(given.file):
+            body, numbers, _ = surface_of(table, given.vehicle, given.coefficients)
             if body.asymmetry is not None:
-                alpha = tilt_angles(source, numbers)
-                return _report_of_physics(alpha, body, source.repeats, choices | limits)
-            return _report_of_table(source, choices, limits)
-    bare = source if isinstance(source, Gait) else source.gait
+                alpha = tilt_angles(table, numbers)
+                options = {
+                    **limits,
+                    "coefficients": given.coefficients,
+                    "crossing_tolerance": crossing_tolerance,
+                }
+                return _report_of_physics(alpha, body, table.repeats, options)
+            return _report_of_table(given, table, crossing_tolerance, limits)
+    if crossing_tolerance is not None:
+        raise InputError(
+            f"crossing_tolerance must be None beside a gait, which has its own, got {shown(crossing_tolerance)}"
+        )
+    bare = given.gait
     if bare.vehicle.asymmetry is not None:
-        return _report_of_physics(bare.alpha, bare.vehicle, True, limits)
-    if not getattr(source, "repeats", True):
-        judged: Report = source.check(**limits)  # colourings are of loops
-        return judged
+        return _report_of_physics(bare.alpha, bare.vehicle, True, {**limits})
+    motion = given.motion
+    if motion is not None and not motion.repeats:
+        return motion.check(**limits)  # colourings are of loops
     report = check_gait(bare, **limits)
-    if bare is not source:
-        report = report.with_timing(source)
+    if motion is not None:
+        report = report.with_timing(motion)
     if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
         return report  # colourings are of loops in [−π/2, π/2]²
     loop = colorings(
@@ -200,12 +199,13 @@ def _report_of_physics(
 
 
 def _report_of_table(
-    table: Table, choices: dict[str, Any], limits: dict[str, Any]
+    given: GivenGait,
+    table: Table,
+    crossing_tolerance: float | None,
+    limits: CheckOptions,
 ) -> Report:
     """Return every check of a table: of its rows, and of the motion that it states."""
-    vehicle, coefficients = choices["vehicle"], choices["coefficients"]
-    crossing_tolerance = choices["crossing_tolerance"]
-    body, numbers, stated = surface_of(table, vehicle, coefficients)
+    body, numbers, stated = surface_of(table, given.vehicle, given.coefficients)
     criteria = Criteria(
         vehicle=body,
         coefficients=numbers,
@@ -213,7 +213,7 @@ def _report_of_table(
         **limits,
     )
     report = _report_of_rows_and_cubics(table, criteria)
-    motion = motion_of(table, vehicle, coefficients)
+    motion = given.motion
     if motion is not None:
         if crossing_tolerance is not None:
             judged = replace(motion.gait, crossing_tolerance=crossing_tolerance)
@@ -221,10 +221,7 @@ def _report_of_table(
         report = both(_report_of_motion(table, motion, limits), report)
     elif "t" not in table and {"period", "law"} <= table.about.keys():
         # A saved plan: corners, with the timing of its request.
-        corners, _ = closed_rows(table, vehicle=vehicle, coefficients=coefficients)
-        timed = corners.merged().parametrize(
-            table.about["period"], law=table.about["law"]
-        )
+        timed = given.gait.parametrize(table.about["period"], law=table.about["law"])
         report = report.with_timing(timed)
     return replace(report, said=table.notes)
 
@@ -241,7 +238,7 @@ def _report_of_rows_and_cubics(table: Table, criteria: Criteria) -> Report:
     return replace(worse, reachability=report.reachability)
 
 
-def _report_of_motion(table: Table, motion: Any, limits: dict[str, Any]) -> Report:
+def _report_of_motion(table: Table, motion: TimedGait, limits: CheckOptions) -> Report:
     """Return every check of the motion that a table samples, under the limits that the table was made for too."""
     vehicle = motion.gait.vehicle
     made_for: Any = {
@@ -250,8 +247,7 @@ def _report_of_motion(table: Table, motion: Any, limits: dict[str, Any]) -> Repo
         if getattr(vehicle, f"max_tilt_{kind}") is None
     }
     limited = replace(motion.gait, vehicle=vehicle.replace(**made_for))
-    report: Report = motion.with_gait(limited).check(**limits)
-    return report
+    return motion.with_gait(limited).check(**limits)
 
 
 def both(first: Report, second: Report) -> Report:

@@ -23,10 +23,11 @@ import atheris
 with atheris.instrument_imports(include=["gaitgraph"]):
     from gaitgraph.angles import angle_from_text
     from gaitgraph.errors import FileWarning, GaitgraphError
+    from gaitgraph.gait.given import gait_of
     from gaitgraph.io import binary_tables, text_files
-    from gaitgraph.io.formats import gait_of, read_table
+    from gaitgraph.io.exporting import export
+    from gaitgraph.io.formats import read_table
     from gaitgraph.planning.request import colorings_of_file, read_request
-    from gaitgraph.timing.exporting import export
     from gaitgraph.validation.validating import validate
     from gaitgraph.vehicle import vehicle_named
 

@@ -10,23 +10,19 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from gaitgraph.errors import Advice, Infeasible, checked_choice
-from gaitgraph.gait.gait import Gait
+from gaitgraph.files import naming_file
+from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
+    RATE_CHECKS,
     RATES,
     Table,
     completed_table,
     surface_of,
     warn_of_ends,
 )
-from gaitgraph.io.formats import (
-    check_outputs,
-    given_gait,
-    naming_file,
-    read_table,
-    write_tables,
-)
+from gaitgraph.io.formats import check_outputs, read_table, write_tables
 from gaitgraph.io.servo_map import clipped_rows, servo_map_named
 from gaitgraph.timing.joining import vehicle_within
 from gaitgraph.timing.laws import DEFAULT_LAW
@@ -36,15 +32,14 @@ from gaitgraph.timing.timed_gait import (
     table_of,
     timed_gait_of,
 )
-from gaitgraph.validation.report import RATE_CHECKS
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.io.formats import GaitLike
     from gaitgraph.io.servo_map import ServoMapLike
     from gaitgraph.timing.laws import LawName
     from gaitgraph.validation.report import Check, Report
@@ -164,7 +159,7 @@ def export(
     Parameters
     ----------
     source, outputs
-        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`; and files, whose suffixes are the formats.
+        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`; and files, whose suffixes are the formats.
     vehicle, coefficients
         Replace those that the file states.
     period, law, samples, rate
@@ -228,23 +223,20 @@ def _to_write(
     sampling: dict[str, Any],
 ) -> Table:
     """Return the table of a gait in any form, with another timing or sampling if asked for, with all columns."""
-    given: Any
     if isinstance(source, (str, Path)) and joints is not None:
         body = vehicle_named(PAPER if chosen["vehicle"] is None else chosen["vehicle"])
         linked = servo_map_named(joints).linked_to(body)
-        given = read_table(source, joints=linked)
-    else:
-        given = given_gait(source, **chosen)
-    kept: dict[str, Any] = {}
-    if isinstance(given, Table):
-        if given.limits:
-            kept["limits"] = given.about["limits"]
-        with naming_file(source):
-            given = _retimed(given, chosen, period, law, sampling)
-            if isinstance(given, Table):
-                return completed_table(_exact(given), **chosen)
-        return table_of(given, kept)
-    motion: TimedGait = given.parametrize() if isinstance(given, Gait) else given
+        source = read_table(source, joints=linked)
+    given = given_gait(source, **chosen)
+    table = given.table
+    if table is not None:
+        kept = {"limits": table.about["limits"]} if table.limits else {}
+        with naming_file(given.file):
+            retimed = _retimed(table, chosen, period, law, sampling)
+            if isinstance(retimed, Table):
+                return completed_table(_exact(retimed), **chosen)
+        return table_of(retimed, kept)
+    motion = given.motion or given.gait.parametrize()
     if law is not None:
         motion = timed_gait_of(motion, period=period, law=law)
     elif period is not None:
