@@ -32,29 +32,37 @@ def exact(text: str) -> fmpq:
 
 
 class Certificate:
-    """The content of a certificate; κ is negative where the first rotor turns counterclockwise. H is `height`."""
+    """The content of a certificate: places of rotors in units of their mean distance L from body z, and signed drags.
+
+    κ and H are those of four equal arms, of which the first is along body x; `equal` says whether it has such.
+    """
 
     def __init__(self, text: str) -> None:
         document = json.loads(text)
-        vehicle, pieces, self.claims = (
-            document["vehicle"],
-            document["pieces"],
-            document["claims"],
-        )
-        drag, thrust, arm = (
-            exact(vehicle[x])
-            for x in ("drag_coefficient", "thrust_coefficient", "arm_length")
-        )
-        self.kappa = (
-            drag
-            / (thrust * arm)
-            * (1 if vehicle["first_rotor_spin"] == "clockwise" else -1)
-        )
-        self.height = exact(vehicle["rotor_height"]) / arm
-        self.law, self.durations = (
-            fmpq_poly(list(map(exact, document["law"]))),
-            [exact(p["duration"]) for p in pieces],
-        )
+        vehicle, pieces = document["vehicle"], document["pieces"]
+        self.claims = document["claims"]
+        spin = 1 if vehicle["first_rotor_spin"] == "clockwise" else -1
+        places = [list(map(exact, place)) for place in vehicle["rotor_positions"]]
+        drags = [
+            exact(drag) * (spin, -spin)[k % 2]
+            for k, drag in enumerate(vehicle["drag_to_thrust"])
+        ]
+        arm, height = places[0][0], places[0][2]
+        ends = [(arm, 0), (0, arm), (-arm, 0), (0, -arm)]
+        self.equal = places == [[x, y, height] for x, y in ends]
+        self.equal &= all(abs(drag) == abs(drags[0]) for drag in drags)
+        if self.equal:
+            self.kappa, self.height = drags[0] / arm, height / arm
+        self.spin = spin
+        lengths = [(arb(x * x + y * y)).sqrt() for x, y, _ in places]
+        mean = sum(lengths, arb(0)) / 4
+        self.axes = [
+            (arb(x) / length, arb(y) / length)
+            for (x, y, _), length in zip(places, lengths, strict=True)
+        ]
+        self.places = [[arb(part) / mean for part in place] for place in places]
+        self.drags = [arb(drag) / mean for drag in drags]
+        self.durations = [exact(p["duration"]) for p in pieces]
         self.pieces = [
             [fmpq_poly(list(map(exact, angle))) for angle in (piece["alpha"] * 2)[:4]]
             for piece in pieces
@@ -69,15 +77,10 @@ class Certificate:
             self.claims[name],
         )  # the angles, rates, accelerations and jerks by the share of a duration
         for piece, duration in zip(self.pieces, self.durations, strict=True):
-            moved.append(
-                [piece, [angle(self.law).derivative() / duration for angle in piece]]
-            )
-            for _ in range(2):
+            moved.append([piece])
+            for _ in range(3):
                 moved[-1].append([q.derivative() / duration for q in moved[-1][-1]])
-        found = [
-            self.law.derivative(),
-            fmpq_poly([-abs(self.law(0)) - abs(self.law(1) - 1)]),
-        ]
+        found = []
         for k, derivatives in enumerate(moved):
             if name == "joints":
                 for order, most in enumerate(
@@ -119,23 +122,23 @@ def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
     """Return what is positive where a claim holds, for four angles that are balls, or series of balls."""
     if name in EXACT:
         return alpha
-    k, h, claim = arb(it.kappa), arb(it.height), it.claims[name]
+    claim = it.claims[name]
     bounds = [
         arb(exact(claim[side]))
         for side in ("at_least", "at_most", "tilt")
         if side in claim
     ]
     axes, torques = [], []
-    for a, (ex, ey), spin in zip(
-        alpha, [(1, 0), (0, 1), (-1, 0), (0, -1)], [k, -k, k, -k], strict=True
+    for a, (ex, ey), (x, y, h), drag in zip(
+        alpha, it.axes, it.places, it.drags, strict=True
     ):
         s, c = a.sin(), a.cos()
         n = (s * ey, -s * ex, c)  # cos α z + sin α e×z
         axes.append(n)
-        roll, pitch = ey * c - h * n[1], h * n[0] - ex * c
+        roll, pitch = y * c - h * n[1], h * n[0] - x * c
         torques.append(
-            (roll + spin * n[0], pitch + spin * n[1], ex * n[1] - ey * n[0] + spin * c)
-        )  # (e + Hz)×n + σκn
+            (roll + drag * n[0], pitch + drag * n[1], x * n[1] - y * n[0] + drag * c)
+        )  # r×n + σκn
     if name == "least_singular_value":
         columns = [(*torque, n[2]) for torque, n in zip(torques, axes, strict=True)]
         gram = [
@@ -157,7 +160,7 @@ def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
         free.append((minor + c[0] * (a[1] * b[2] - a[2] * b[1])) * (-1) ** (i + 1))
     x, y, z = (sum(u * n[j] for u, n in zip(free, axes, strict=True)) for j in range(3))
     if name == "sign_of_R":
-        return [z / k * {"positive": 1, "negative": -1}[claim["sign"]]]
+        return [z * it.spin * {"positive": 1, "negative": -1}[claim["sign"]]]
     if name == "hover_thrust":
         return [side for u in free for side in (u / z - bounds[0], bounds[1] - u / z)]
     s, c = bounds[0].sin_cos()

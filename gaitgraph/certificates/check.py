@@ -14,7 +14,7 @@ from bisect import bisect_right
 from fractions import Fraction
 from functools import lru_cache
 from itertools import accumulate, combinations_with_replacement, pairwise, product
-from math import isqrt, perm
+from math import comb, isqrt, perm
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,21 +39,20 @@ CLAIMS: dict[str, Any] = {
     "attitude": {"tilt": NUMBER, **COVER},
     "joints": dict.fromkeys(JUMPS, NUMBER),
 }
-NAME = {"name": TEXT, "first_rotor_spin": "clockwise|counterclockwise"}
-CONSTANTS = ("drag_coefficient", "thrust_coefficient", "arm_length")
-EQUAL_ARMS = {**NAME, **dict.fromkeys(CONSTANTS, POSITIVE), "rotor_height": NUMBER}
-PLACES = [[NUMBER, 3], 4]
-ANY_ARMS = {**NAME, "rotor_positions": PLACES, "drag_to_thrust": [POSITIVE, 4]}
+VEHICLE = {
+    "name": TEXT,
+    "first_rotor_spin": "clockwise|counterclockwise",
+    "rotor_positions": [[NUMBER, 3], 4],
+    "drag_to_thrust": [POSITIVE, 4],
+}
 FORM = {
-    "format": "gaitgraph certificate 1",
+    "format": "gaitgraph certificate 2",
     "made_by": TEXT,
     "deviation": NUMBER,
-    "vehicle": EQUAL_ARMS,  # or any arms
-    "law": [NUMBER],
+    "vehicle": VEHICLE,
     "pieces": [{"alpha": [[NUMBER], 2, 4], "duration": POSITIVE}],
     "claims": CLAIMS,
 }
-LAWS = [[0, 1], [0, 0, 0, 10, -15, 6]]  # both rise from 0 to 1
 FLYABLE = {"least_singular_value": Fraction("0.05"), "hover_thrust": ZERO}
 """What the claims of a flyable gait are at least."""
 
@@ -145,28 +144,30 @@ def determinant(rows: list[Vector]) -> Enclosure:
     return total
 
 
-def wrenches_of(vehicle: dict[str, Any]) -> tuple[Enclosure, list[list[Vector]]]:
-    """Return κ, and for unit thrust of each rotor its wrenches at α = 0 and a quarter turn.
+def spin_of(vehicle: dict[str, Any]) -> int:
+    """Return the sign of the drag of rotor 1, and with it of the drag ratio."""
+    return 1 if vehicle["first_rotor_spin"] == "clockwise" else -1
 
-    A wrench has the moments about body x, y, z [arm length] and the force along z, x, y.
+
+def wrenches_of(vehicle: dict[str, Any]) -> list[list[Vector]]:
+    """Return for unit thrust of each rotor its wrenches at α = 0 and a quarter turn.
+
+    A wrench has the moments about body x, y, z and the force along z, x, y. Lengths are in
+    units of the mean distance of the rotors from body z.
     """
-    if "arm_length" in vehicle:
-        arm, height = vehicle["arm_length"], vehicle["rotor_height"]
-        drags = [vehicle["drag_coefficient"] / vehicle["thrust_coefficient"]] * 4
-        ends = [(arm, 0), (0, arm), (-arm, 0), (0, -arm)]
-        places = [(x, y, height) for x, y in ends]
-    else:
-        drags, places = vehicle["drag_to_thrust"], vehicle["rotor_positions"]
+    places = vehicle["rotor_positions"]
     lengths = [root(x * x + y * y) for x, y, _ in places]
     if min(lengths).low <= 0:
         raise ValueError("rotor_positions must be off body z, got one on it")
     scale = sum(lengths, NONE).shared(4).inverse()
-    spin = 1 if vehicle["first_rotor_spin"] == "clockwise" else -1
-    wrenches = []
-    for rotor, (place, length) in enumerate(zip(places, lengths, strict=True)):
+    spin, wrenches = spin_of(vehicle), []
+    for place, length, torque in zip(
+        places, lengths, vehicle["drag_to_thrust"], strict=True
+    ):
         ahead, left, _ = (enclosed(part) * length.inverse() for part in place)
         x, y, z = (enclosed(part) * scale for part in place)
-        drag = enclosed(spin * (-1) ** rotor * drags[rotor]) * scale
+        drag = enclosed(spin * torque) * scale
+        spin = -spin  # neighbours turn in opposite senses
         pair = []
         for fx, fy, fz in ((NONE, NONE, enclosed(1)), (left, NONE - ahead, NONE)):
             roll = y * fz - z * fy + drag * fx
@@ -174,7 +175,7 @@ def wrenches_of(vehicle: dict[str, Any]) -> tuple[Enclosure, list[list[Vector]]]
             yaw = x * fy - y * fx + drag * fz
             pair.append([roll, pitch, yaw, fz, fx, fy])
         wrenches.append(pair)
-    return enclosed(spin * sum(drags) / 4) * scale, wrenches
+    return wrenches
 
 
 def hover(wrenches: list[Vector]) -> Vector:
@@ -198,14 +199,11 @@ class Level:
     """
 
     def __init__(self, vehicle: dict[str, Any]) -> None:
-        self.kappa, self.wrenches = wrenches_of(vehicle)
+        self.spin, self.wrenches = spin_of(vehicle), wrenches_of(vehicle)
         self.sizes = []
         corners = [hover([*corner]) for corner in product(*self.wrenches)]
-        for k, table in enumerate(zip(*corners, strict=True)):
-            square = sum(value.size() ** 2 for value in table)
-            if k < 4:  # thrusts do not depend on their own α: each value is there twice
-                square //= 2
-            self.sizes.append(isqrt(square) + 1)
+        for table in zip(*corners, strict=True):
+            self.sizes.append(isqrt(sum(value.size() ** 2 for value in table)) + 1)
         self.squares = {}
         for i, j in combinations_with_replacement(range(4), 2):
             parts = [one[i] * one[j] + last[i] * last[j] for one, last in self.wrenches]
@@ -225,14 +223,13 @@ def four(values: list[Any]) -> list[Any]:
     return (values * 2)[:4]
 
 
-def across(curve: Polynomial, start: Fraction, end: Fraction) -> Polynomial:
-    """Return a polynomial as one of u in [-1, 1], from start to end."""
-    middle, half = (start + end) / 2, (end - start) / 2
+def moved(curve: Polynomial, origin: Fraction, unit: Fraction) -> Polynomial:
+    """Return a polynomial as one of x, where its argument is origin + unit * x."""
     out = [*curve]
-    for first in range(len(out)):  # Taylor's coefficients about the middle
+    for first in range(len(out)):  # Taylor's coefficients about the origin
         for k in reversed(range(first, len(out) - 1)):
-            out[k] += middle * out[k + 1]
-    return [a * half**k for k, a in enumerate(out)]
+            out[k] += origin * out[k + 1]
+    return [a * unit**k for k, a in enumerate(out)]
 
 
 def value_at(polynomial: Polynomial, at: Fraction) -> Fraction:
@@ -258,7 +255,8 @@ class Arc:
         self, level: Level, curves: list[Polynomial], start: Fraction, end: Fraction
     ) -> None:
         self.level = level
-        around = [across(curve, start, end) for curve in curves]
+        middle, half = (start + end) / 2, (end - start) / 2
+        around = [moved(curve, middle, half) for curve in curves]
         self.rates = four([bound(curve, 1) for curve in around])
         self.bends = four([bound(curve, 2) for curve in around])
         rate = sum(self.rates, NONE)
@@ -302,9 +300,9 @@ def least_singular_value(arc: Arc, claim: Any) -> Vector:
 
 
 def sign_of_R(arc: Arc, claim: Any) -> Vector:
-    """Return κ times the vertical force, or its negative: R is half their quotient."""
-    sign = enclosed(1 if claim["sign"] == "positive" else -1)
-    return [sign * arc.level.kappa * lift for *_, lift, _, _ in arc.hovers]
+    """Return the vertical force or its negative: it is 2κR, and κ has the sign of the spin."""
+    sign = enclosed(arc.level.spin if claim["sign"] == "positive" else -arc.level.spin)
+    return [sign * lift for *_, lift, _, _ in arc.hovers]
 
 
 def hover_thrust(arc: Arc, claim: Any) -> Vector:
@@ -337,40 +335,51 @@ PROOFS = {
 }
 
 
-def is_within(curves: list[Polynomial], claim: Any) -> bool:
-    """Return whether polynomials of u are within bounds.
+def bernstein(curve: Polynomial) -> Polynomial:
+    """Return the coefficients between whose least and largest a polynomial is on [0, 1]."""
+    degree = len(curve) - 1
+    shares = [a / comb(degree, k) for k, a in enumerate(curve)]
+    points = []
+    for row in range(degree + 1):
+        terms = [comb(row, k) * share for k, share in enumerate(shares[: row + 1])]
+        points.append(sum(terms, ZERO))
+    return points
 
-    Odd powers of u are from -1 to 1, even ones from 0 to 1.
-    """
-    for joint, (middle, *rest) in enumerate(four(curves)):
-        reach = sum(map(abs, rest[::2]))
-        low = middle - reach + sum(min(even, ZERO) for even in rest[1::2])
-        high = middle + reach + sum(max(even, ZERO) for even in rest[1::2])
-        if low < claim["at_least"][joint] or high > claim["at_most"][joint]:
+
+def is_within(curves: list[Polynomial], claim: Any) -> bool:
+    """Return whether polynomials on [0, 1], of four joints, are within bounds."""
+    for joint, curve in enumerate(four(curves)):
+        points = bernstein(curve)
+        if min(points) < claim["at_least"][joint]:
+            return False
+        if max(points) > claim["at_most"][joint]:
             return False
     return True
 
 
 class Piece:
-    """A piece of the curve: `motion` has the angles by s, and three derivatives by time."""
+    """A piece of the curve: `motion` has its angles and their three derivatives by time.
 
-    def __init__(self, piece: dict[str, Any], law: Polynomial, level: Level) -> None:
+    They are polynomials of the share of the duration that has passed.
+    """
+
+    def __init__(self, piece: dict[str, Any], level: Level) -> None:
         self.level = level
         self.arcs: dict[Any, Arc] = {}
-        curves, duration = piece["alpha"], piece["duration"]
-        self.motion = [curves]
-        if law == LAWS[1]:  # pieces are straight
-            curves = [[ZERO, *(sum(a[1:]) * rise for rise in law[1:])] for a in curves]
+        self.motion = [piece["alpha"]]
         for _ in range(3):
-            terms = [[k * a / duration for k, a in enumerate(one)] for one in curves]
-            curves = [one[1:] or [ZERO] for one in terms]
+            curves = []
+            for curve in self.motion[-1]:
+                terms = [k * a / piece["duration"] for k, a in enumerate(curve)]
+                curves.append(terms[1:] or [ZERO])
             self.motion.append(curves)
 
     def proves(self, name: str, claim: Any, start: Fraction, end: Fraction) -> bool:
         """Return whether a claim holds on an interval."""
         if name in ORDERS:
             curves = self.motion[ORDERS[name]]
-            return is_within([across(curve, start, end) for curve in curves], claim)
+            within = [moved(curve, start, end - start) for curve in curves]
+            return is_within(within, claim)
         if (start, end) not in self.arcs:
             self.arcs[start, end] = Arc(self.level, self.motion[0], start, end)
         parts = PROOFS[name](self.arcs[start, end], claim)
@@ -405,22 +414,16 @@ def named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def parsed(value: Any, form: Any, what: str) -> Any:
     """Return a value of a form, its numbers as fractions."""
-    if form is EQUAL_ARMS and isinstance(value, dict) and "rotor_positions" in value:
-        form = ANY_ARMS
     if isinstance(form, dict):
         needed = {"joints"} if form is CLAIMS else {*form}
         if isinstance(value, dict) and needed <= {*value} <= {*form}:
             return {name: parsed(one, form[name], name) for name, one in value.items()}
         rule = f"an object with the names {', '.join(form)}, each once"
     elif isinstance(form, list):
-        inner, *lengths = form
-        if (
-            isinstance(value, list)
-            and value
-            and len(value) in (lengths or [len(value)])
-        ):
+        inner, *counts = form
+        if isinstance(value, list) and value and len(value) in (counts or [len(value)]):
             return [parsed(one, inner, what) for one in value]
-        rule = f"a list of {' or '.join(map(str, lengths)) or 'some'} values"
+        rule = f"a list of {' or '.join(map(str, counts)) or 'some'} values"
     else:
         if isinstance(value, str) and re.fullmatch(PATTERNS.get(form, form), value):
             return Fraction(value) if form in (NUMBER, POSITIVE) else value
@@ -433,9 +436,6 @@ def read(text: str) -> dict[str, Any]:
     document = json.loads(text, object_pairs_hook=named_once)
     whole: dict[str, Any] = parsed(document, FORM, "the document")
     pieces, claims = whole["pieces"], whole["claims"]
-    curved = any(len(curve) > 2 for piece in pieces for curve in piece["alpha"])
-    if whole["law"] not in (LAWS[:1] if curved else LAWS):
-        raise ValueError("law must be 0, 1, or smooth on straight pieces, got another")
     for name in claims.keys() - {"joints"}:
         cover = claims[name]["cover"]
         if len(cover) != len(pieces):
@@ -452,9 +452,9 @@ def unproved(whole: dict[str, Any]) -> dict[str, str]:
     """Return for each claim the first place where it is not proved, "" if there is none."""
     level, claims = Level(whole["vehicle"]), whole["claims"]
     places = dict.fromkeys(claims, "")
-    before = Piece(whole["pieces"][-1], whole["law"], level)
+    before = Piece(whole["pieces"][-1], level)
     for k, stated in enumerate(whole["pieces"]):
-        piece = Piece(stated, whole["law"], level)
+        piece = Piece(stated, level)
         for name, claim in claims.items():
             places[name] = places[name] or piece.gap(name, claim, k, before)
         before = piece
@@ -524,8 +524,7 @@ def held_against(
     def distances(time: Fraction, angles: list[Fraction]) -> list[Fraction]:
         k = min(bisect_right(ends, time - start), len(pieces) - 1)
         left = (ends[k] - (time - start)) / pieces[k]["duration"]
-        s = value_at(whole["law"], 1 - left)
-        curve = [value_at(one, s) for one in four(pieces[k]["alpha"])]
+        curve = [value_at(one, 1 - left) for one in four(pieces[k]["alpha"])]
         return [abs(a - b) for a, b in zip(angles, curve, strict=True)]
 
     between, off = ZERO, ""
@@ -543,30 +542,28 @@ def held_against(
                 off = off or f"{place}: alpha{joint + 1} is {how}"
     seconds = rows[-1].t - start
     if abs(seconds - ends[-1]) > (ends[-1] + 2) / 10**9:
-        last = (
-            f"the rows last {float(seconds):.9g} s, the curve {float(ends[-1]):.9g} s"
-        )
-        off = off or last
+        last = f"{float(seconds):.9g} s, the curve {float(ends[-1]):.9g} s"
+        off = off or f"the rows last {last}"
     return off, float(between)
 
 
 def rows_of_csv(path: Path) -> tuple[list[Row], Fraction]:
     """Return the rows of a CSV file (s, rad) and half a unit of its times, or ValueError."""
     names = ["t", "alpha1", "alpha2", "alpha3", "alpha4"]
-    rows, decimals = [], 0
+    rows, unit = [], Fraction(1)
     with path.open(encoding="utf-8-sig", newline="") as stream:
         try:
             for line in csv.DictReader(stream, strict=True):
                 t, *angles = [Fraction(line[name]) for name in names]
                 rows.append(Row(t, angles, [ZERO] * 4))
-                while decimals < 60 and t * 10**decimals % 1:
-                    decimals += 1
+                while unit.denominator < 10**60 and t % unit:
+                    unit /= 10
         except (csv.Error, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
             rule = f"must hold numbers in columns {', '.join(names)} (s, rad)"
             raise ValueError(f"{path.name} {rule}: {error}") from None
     if not rows:
         raise ValueError(f"{path.name} must have rows, got none")
-    return rows, Fraction(1, 2 * 10**decimals)
+    return rows, unit / 2
 
 
 if __name__ == "__main__":

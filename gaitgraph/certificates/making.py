@@ -51,6 +51,7 @@ _MOST_ANGLE = 3.9  # the checker's limit is 4 [rad]
 _MOST_INTERVALS = 20_000  # of a piece
 _SMALLEST = Fraction(1, 2**40)  # interval
 _MOST_DIGITS = 60
+_SMOOTH = (0, 0, 10, -15, 6)  # 10τ³ − 15τ⁴ + 6τ⁵, the smooth law on each piece
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,7 +193,6 @@ def certify(
         "made_by": f"gaitgraph {__version__}",
         "deviation": _rounded(_deviation(stated, given.table), ROUND_CEILING),
         "vehicle": stated.vehicle,
-        "law": stated.law,
         "pieces": stated.pieces,
         "claims": claims,
     }
@@ -262,32 +262,24 @@ def _claimed(peak: float, limit: float | None, room: float = _ROOM) -> Fraction:
 
 
 def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
-    """Return a vehicle as a certificate states it, with exact numbers; four equal arms without their angle."""
-    stated: dict[str, Any] = {
+    """Return a vehicle as a certificate states it, with exact numbers; without an arm length its lengths are in arms.
+
+    Four equal arms are turned about body z, so that the first is along body x: singular values do not depend on it.
+    """
+    arm = vehicle.arm_length or 1.0
+    places = vehicle.rotor_positions
+    if places is None:
+        ends = ((arm, 0.0), (0.0, arm), (-arm, 0.0), (0.0, -arm))
+        places = tuple((x, y, vehicle.rotor_height) for x, y in ends)
+    drags = vehicle.drag_to_thrust
+    if drags is None or vehicle.arm_length is None:
+        drags = vehicle.drag_ratio * arm
+    return {
         "name": vehicle.name,
         "first_rotor_spin": vehicle.first_rotor_spin,
+        "rotor_positions": [[_decimal(part) for part in place] for place in places],
+        "drag_to_thrust": [_decimal(drag) for drag in four_of(drags)],
     }
-    arm, height = vehicle.arm_length, vehicle.rotor_height
-    places, drags = vehicle.rotor_positions, vehicle.drag_to_thrust
-    if places is None and not isinstance(drags, tuple):
-        unit = Fraction(1)
-        constants = (vehicle.drag_coefficient, vehicle.thrust_coefficient, arm)
-        if None in constants:  # lengths in those of the arm
-            unit = _decimal(arm or 1.0)
-            constants = (vehicle.drag_ratio, 1.0, 1.0)
-        for name, constant in zip(check.CONSTANTS, constants, strict=True):
-            stated[name] = _decimal(constant or 0.0)
-        stated["rotor_height"] = _decimal(height) / unit
-        return stated
-    if places is None:
-        length = arm or 1.0
-        ends = ((1, 0), (0, 1), (-1, 0), (0, -1))
-        places = tuple((length * x, length * y, height) for x, y in ends)
-    if drags is None:
-        drags = vehicle.drag_ratio * (arm or 1.0)
-    stated["rotor_positions"] = [[_decimal(part) for part in place] for place in places]
-    stated["drag_to_thrust"] = [_decimal(drag) for drag in four_of(drags)]
-    return stated
 
 
 class _Stated:
@@ -297,20 +289,20 @@ class _Stated:
         self.timed: Any = path if isinstance(path, TimedGait) else None
         self.gait = path.gait if isinstance(path, TimedGait) else path
         self.vehicle = stated_vehicle(self.gait.vehicle)
-        self.powers, widths, is_smooth = self._polynomials()
-        self.law = [Fraction(a) for a in check.LAWS[is_smooth]]
+        self.powers, widths, self.is_smooth = self._polynomials()
         self.off = 0.0
         self.pieces = [
             {"alpha": self._alpha(k), "duration": _decimal(width or 1.0)}
             for k, width in enumerate(widths.tolist())
         ]
         level = check.Level(self.vehicle)
-        self.curve = [check.Piece(piece, self.law, level) for piece in self.pieces]
+        self.curve = [check.Piece(piece, level) for piece in self.pieces]
 
     def _polynomials(self) -> tuple[FloatArray, FloatArray, bool]:
         """Return angles in powers of the share of a piece, highest first, widths, and whether the law is `smooth`.
 
-        Two angles instead of four where opposite ones are equal. Pieces of no length are left out.
+        The pieces of a smooth gait are straight, and its law rises on each. Two angles instead of four where opposite
+        ones are equal. Pieces of no length are left out.
         """
         timed, alpha, is_smooth = self.timed, self.gait.alpha, False
         curve = getattr(timed, "curve", None)
@@ -346,6 +338,8 @@ class _Stated:
             curve = [first, _decimal(end, _GRID) - first - sum(rest), *rest]
             parts = [abs(float(a) - b) for a, b in zip(curve, row, strict=True)]
             self.off = max(self.off, sum(parts))
+            if self.is_smooth:
+                curve = [first, *(curve[1] * rise for rise in _SMOOTH)]
             while len(curve) > 1 and curve[-1] == 0:
                 curve.pop()
             alpha.append(curve)

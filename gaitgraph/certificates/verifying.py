@@ -165,24 +165,22 @@ def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
     name = f"the certificate {beside.name!r}"
     try:
         text = text_of(beside, "certificate")
-        stated = _numbers_of(read(text)["vehicle"])
+        stated = _wrenches_of(read(text)["vehicle"])
         off, _ = held_against(text, *_exact_rows(table, gait_file))
     except (InputError, ArithmeticError, LookupError, TypeError, ValueError):
         return f"{name} is no certificate; gaitgraph verify {beside.name} says why"
     if off:
         return f"{name} does not belong to these rows: {off}"
-    own = _numbers_of(stated_vehicle(vehicle))
+    own = _wrenches_of(stated_vehicle(vehicle))
     if np.allclose(stated, own, rtol=1e-9, atol=1e-12):
         return ""
-    most = float(np.abs(stated - own)[1:].max())
-    how = f"moments of rotors differ by up to {most:.3g} arm lengths"
-    return f"{name} is of another vehicle: κ = {stated[0]:.6g}, {how}"
+    most = float(np.abs(stated - own).max())
+    return f"{name} is of another vehicle: moments of rotors differ by up to {most:.3g} arm lengths"
 
 
-def _numbers_of(vehicle: dict[str, Any]) -> FloatArray:
-    """Return κ of a certificate's vehicle, and the moments and forces of its rotors, in one array."""
-    kappa, wrenches = wrenches_of(vehicle)
-    return np.append(kappa.low / ONE, np.array(wrenches, dtype=float)[..., 0] / ONE)
+def _wrenches_of(vehicle: dict[str, Any]) -> FloatArray:
+    """Return the moments and forces of the rotors of a certificate's vehicle, shape (4, 2, 6)."""
+    return np.array(wrenches_of(vehicle), dtype=float)[..., 0] / ONE
 
 
 def _exact_rows(table: Table, path: Path) -> tuple[list[Row], Fraction]:
