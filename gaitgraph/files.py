@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import json
 import os
-import re
 import shutil
-import signal
 import tempfile
-import traceback
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -33,10 +29,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-MOST_BYTES = 1 << 30
-"""Files that are read whole may have this many bytes at most."""
-
-_DEEPEST = 100
 _OVERWRITE = Advice("overwrite it with force=True", "overwrite it with --force")
 
 
@@ -48,36 +40,9 @@ def path_of(value: object, what: str) -> Path:
 
 
 def text_of(path: Path, what: str) -> str:
-    """Return the text of a UTF-8 file of up to :data:`MOST_BYTES`; errors, which call it `what`, as of :func:`reading`.
-
-    A byte-order mark is left out.
-    """
+    """Return the text of a UTF-8 file, without a byte-order mark; errors, which call it `what`, as of :func:`reading`."""
     with reading(path, what):
-        size = path.stat().st_size
-        if size > MOST_BYTES:
-            raise InputError(
-                f"{what} {str(path)!r} must have at most {MOST_BYTES >> 20} MiB, got {size >> 20} MiB",
-                file=str(path),
-            )
         return path.read_text(encoding="utf-8-sig")
-
-
-def pass_interruption(error: BaseException) -> None:
-    """Raise what interrupted a reader or writer, if an error is that or stems from it; else return.
-
-    That is what a signal handler raised, or a TimeoutError without the number that the system gives its own. It says
-    nothing about the file.
-    """
-    handlers = map(signal.getsignal, signal.valid_signals())
-    codes = {getattr(handler, "__code__", None) for handler in handlers}
-    cause: BaseException | None = error
-    while cause is not None:
-        frames = traceback.walk_tb(cause.__traceback__)
-        in_handler = any(frame.f_code in codes for frame, _ in frames)
-        if in_handler or (isinstance(cause, TimeoutError) and cause.errno is None):
-            raise cause
-        hidden = cause.__context__ if cause.__suppress_context__ else None
-        cause = cause.__cause__ or hidden
 
 
 @contextlib.contextmanager
@@ -99,7 +64,6 @@ def reading(path: Path, what: str) -> Iterator[None]:
     except OSError as error:
         if isinstance(error, GaitgraphError):
             raise
-        pass_interruption(error)
         reason = error.strerror or error
         raise FileProblem(f"{what} {str(path)!r} cannot be read: {reason}") from error
 
@@ -120,23 +84,14 @@ def naming_file(source: object, what: str = "gait file") -> Iterator[None]:
 
 
 def table_from_toml(text: str) -> dict[str, Any]:
-    """Return what a TOML text holds, or raise InputError in one line.
-
-    Keys of more than 100 dotted parts are refused first: Python's reader takes quadratic time and memory for them.
-    """
+    """Return what a TOML text holds, or raise InputError in one line."""
     import tomllib
 
-    for run in re.split(r"[^\w.\"' \t-]+", text):
-        if run.count(".") > _DEEPEST:
-            raise InputError(
-                f"it is nested too deeply: a key must have at most {_DEEPEST} dotted parts"
-            )
     try:
         return tomllib.loads(text)
     except RecursionError as error:
         raise InputError("it is nested too deeply") from error
     except ValueError as error:
-        pass_interruption(error)
         hint = "texts need quotes, as in '30deg', and numbers a decimal point"
         raise InputError(
             f"it is not TOML ({str(error).splitlines()[0]}); {hint}"
@@ -145,35 +100,30 @@ def table_from_toml(text: str) -> dict[str, Any]:
 
 def value_from_json(text: str | bytes, wanted: str) -> Any:
     """Return what a JSON text holds; InputError if it is broken, or an object has a name twice."""
-
-    def fields_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        fields = dict(pairs)
-        if len(fields) < len(pairs):
-            twice = next(
-                name
-                for name, count in Counter(name for name, _ in pairs).items()
-                if count > 1
-            )
-            raise InputError(
-                f"names in an object must differ, got {shown(twice)} twice"
-            )
-        return fields
-
-    def refused(name: str) -> None:
-        raise ValueError(f"{name} is no number of JSON")
-
     try:
-        return json.loads(text, parse_constant=refused, object_pairs_hook=fields_of)
+        return json.loads(
+            text, parse_constant=_no_number, object_pairs_hook=_different_names
+        )
     except InputError:
         raise
-    except (RecursionError, ValueError) as error:
-        pass_interruption(error)
-        why = (
-            "it is nested too deeply"
-            if isinstance(error, RecursionError)
-            else str(error).splitlines()[0]
-        )
-        raise InputError(f"it is not JSON ({why}); {wanted}") from error
+    except RecursionError as error:
+        raise InputError(
+            f"it is not JSON (it is nested too deeply); {wanted}"
+        ) from error
+    except ValueError as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"it is not JSON ({reason}); {wanted}") from error
+
+
+def _no_number(name: str) -> None:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def _different_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    for name, count in Counter(name for name, _ in pairs).most_common(1):
+        if count > 1:
+            raise InputError(f"names in an object must differ, got {shown(name)} twice")
+    return dict(pairs)
 
 
 def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -> T:
@@ -200,100 +150,46 @@ def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -
 
 
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:
-    """Write every file or folder beside its target first, then put all in place, each in one step.
+    """Write every file or folder beside its target first, then put all in place.
 
     Contents are paths, each with the bytes of a file, or with a function that writes a new file or folder at a path.
     Raises OutputExists if something has the name by now and `force` is not set, and FileProblem if the file system
-    refuses; existing files are then unchanged. Leftovers of killed processes beside the targets are removed.
+    refuses it.
     """
-    path, wholes = Path(), list[Path]()
-    with contextlib.ExitStack() as stack:
-        try:
+    path = Path()
+    try:
+        with contextlib.ExitStack() as stack:
+            finished = []
             for path, content in contents:
                 target = target_of(path)
-                whole = stack.enter_context(_scratch_in(target.parent)) / target.name
-                wholes.append(whole)
+                folder = tempfile.TemporaryDirectory(
+                    prefix=".gaitgraph-", dir=target.parent
+                )
+                whole = Path(stack.enter_context(folder)) / path.name
                 if isinstance(content, bytes):
                     whole.write_bytes(content)
                 else:
                     content(whole)
-                # Bring all bytes to the disk, with the permissions of what they replace.
-                for file in sorted(whole.iterdir()) if whole.is_dir() else [whole]:
-                    with file.open("rb") as stream:
-                        os.fsync(stream.fileno())
-                    replaced = target if file == whole else target / file.name
-                    if replaced.exists():
-                        shutil.copymode(replaced, file)
-            for (path, _), whole in zip(contents, wholes, strict=True):
-                place = _replace if force else _place_new
-                place(whole, target_of(path) if force else path)
-        except FileExistsError as error:
-            raise _exists(path) from error
-        except OSError as error:
-            if isinstance(error, GaitgraphError):
-                raise
-            pass_interruption(error)
-            raise FileProblem(
-                f"output {str(path)!r} cannot be written: {error.strerror or error}"
-            ) from error
+                if os.path.lexists(path) and not force:
+                    raise _exists(path)
+                finished.append((whole, target))
+            for whole, target in finished:
+                _replace(whole, target)
+    except OSError as error:
+        if isinstance(error, GaitgraphError):
+            raise
+        raise FileProblem(
+            f"output {str(path)!r} cannot be written: {error.strerror or error}"
+        ) from error
 
 
-@contextlib.contextmanager
-def _scratch_in(folder: Path) -> Iterator[Path]:
-    """Make a hidden folder to write in, locked while it is used, and remove it after."""
-    remove_leftovers(folder)
-    while True:
-        scratch = Path(
-            tempfile.mkdtemp(prefix=".gaitgraph-", suffix=".part", dir=folder)
-        )
-        lock = _locked(scratch, wait=True)
-        if (
-            scratch.exists()
-        ):  # before it was locked, another process may have taken it for a leftover
-            break
-    try:
-        yield scratch
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-        if lock is not None:
-            os.close(lock)
-
-
-def _locked(folder: Path, *, wait: bool) -> int | None:
-    """Return a descriptor that locks a folder until it is closed or the process ends, or None.
-
-    None: another process holds the lock, or folders have no locks, as on Windows and some network file systems.
-    """
-    try:
-        import fcntl
-
-        lock = os.open(folder, os.O_RDONLY | os.O_NOFOLLOW)
-    except (ImportError, OSError):
-        return None
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-    except OSError:
-        os.close(lock)
-        return None
-    return lock
-
-
-def remove_leftovers(folder: Path) -> None:
-    """Remove hidden folders of our own killed processes; those of running processes are locked.
-
-    A folder that such a process had moved aside, to replace it, is put back.
-    """
-    for scratch in folder.glob(".gaitgraph-????????.part"):
-        lock = _locked(scratch, wait=False)
-        if lock is None:
-            continue
-        with contextlib.suppress(OSError):
-            if os.fstat(lock).st_uid == os.getuid():
-                for old in scratch.glob("*.old"):
-                    if not os.path.lexists(folder / old.stem):
-                        old.rename(folder / old.stem)
-                shutil.rmtree(scratch)
-        os.close(lock)
+def _replace(whole: Path, target: Path) -> None:
+    """Give a finished file or folder its name, with the permissions of the old one."""
+    if target.is_dir():  # a folder takes the place of another only while that is away
+        target.replace(whole.with_name(f"{target.name}.old"))
+    elif target.exists():
+        shutil.copymode(target, whole)
+    whole.replace(target)
 
 
 def _exists(path: Path) -> OutputExists:
@@ -315,23 +211,7 @@ def check_new_files(
             if target in seen:
                 raise InputError(f"outputs must differ, got {str(path)!r} twice")
             seen.add(target)
-            if target.exists() and not (
-                target.is_dir() if path in folders else target.is_file()
-            ):
-                got = (
-                    "a folder"
-                    if target.is_dir()
-                    else "a file"
-                    if target.is_file()
-                    else "a special file"
-                )
-                wanted = "a new folder" if path in folders else "a regular file"
-                raise OutputExists(f"output {str(path)!r} must be {wanted}, got {got}")
-            if os.path.lexists(path) and not force:
-                raise _exists(path)
-            if not path.parent.is_dir():
-                what = "is not a folder" if path.parent.exists() else "does not exist"
-                raise FileProblem(f"output folder {str(path.parent)!r} {what}")
+            _check_new(path, target, force=force, is_folder=path in folders)
         except GaitgraphError:
             raise
         except (OSError, ValueError) as error:  # a name that the file system refuses
@@ -341,47 +221,27 @@ def check_new_files(
             ) from error
 
 
+def _check_new(path: Path, target: Path, *, force: bool, is_folder: bool) -> None:
+    got = _kind_of(target)
+    wanted = "a folder" if is_folder else "a file"
+    if got not in ("nothing", wanted):
+        new = "a new folder" if is_folder else "a regular file"
+        raise OutputExists(f"output {str(path)!r} must be {new}, got {got}")
+    if os.path.lexists(path) and not force:
+        raise _exists(path)
+    if not path.parent.is_dir():
+        what = "is not a folder" if path.parent.exists() else "does not exist"
+        raise FileProblem(f"output folder {str(path.parent)!r} {what}")
+
+
+def _kind_of(target: Path) -> str:
+    if target.is_dir():
+        return "a folder"
+    if target.is_file():
+        return "a file"
+    return "a special file" if target.exists() else "nothing"
+
+
 def target_of(path: Path) -> Path:
     """Return the file that a path names, with links resolved."""
     return Path(os.path.realpath(path))
-
-
-def _replace(whole: Path, target: Path) -> None:
-    """Give a finished file or folder its name, replacing the old one; of several processes the last one wins."""
-    if not whole.is_dir():
-        whole.replace(target)
-        return
-    aside = whole.with_name(
-        f"{target.name}.old"
-    )  # a folder takes the place of another only while that one is away
-    while True:
-        try:
-            with contextlib.suppress(FileNotFoundError):
-                target.rename(aside)
-            whole.rename(target)
-            return
-        except OSError as error:
-            if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):
-                raise
-            shutil.rmtree(
-                aside, ignore_errors=True
-            )  # another process took the place meanwhile: once more
-        finally:
-            if aside.exists() and not os.path.lexists(
-                target
-            ):  # interrupted, or refused
-                aside.rename(target)
-
-
-def _place_new(whole: Path, path: Path) -> None:
-    """Give a finished file or folder its name unless something has that name by now."""
-    if whole.is_dir():
-        path.mkdir()  # nobody else takes the name from here on
-        whole.rename(path)
-        return
-    try:
-        os.link(whole, path)
-    except OSError:  # the name is taken, or the file system has no hard links
-        if os.path.lexists(path):
-            raise FileExistsError(str(path)) from None
-        whole.replace(path)

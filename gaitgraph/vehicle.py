@@ -485,20 +485,6 @@ class Vehicle(Pictured):
         values["servo_feedback"] = self.servo_feedback or None
         return {name: value for name, value in values.items() if value is not None}
 
-    def as_short_mapping(self) -> dict[str, Any]:
-        """Return constants that vehicle_from_mapping reads as this vehicle: those of a preset that differ, or all."""
-        stated = self.as_mapping()
-        for preset in _presets():
-            if preset.rotor_positions not in (None, self.rotor_positions):
-                continue  # equal arms cannot be stated beside it
-            base = preset.as_mapping()
-            short = {"preset": preset.name} | {
-                name: value for name, value in stated.items() if base.get(name) != value
-            }
-            if vehicle_from_mapping(short) == self:
-                return short
-        return stated
-
     def __repr__(self) -> str:
         if self == globals().get("PAPER"):  # short in signatures
             return "PAPER"

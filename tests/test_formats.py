@@ -452,9 +452,8 @@ def test_the_page_lists_every_format() -> None:
 @pytest.mark.parametrize(
     ("suffix", "ours"),
     [
-        *((suffix, "columns.TableBuilder.table") for suffix in (".npz", ".mat")),
-        *((suffix, "columns.TableBuilder.table") for suffix in (".parquet", ".mcap")),
-        (".mat", "binary_tables._checked_name"),
+        *((suffix, "formats.table_of_columns") for suffix in (".npz", ".mat")),
+        *((suffix, "formats.table_of_columns") for suffix in (".parquet", ".mcap")),
         (".npz", "binary_tables._about_of_array"),
         (".parquet", "binary_tables._about_of_parquet"),
     ],

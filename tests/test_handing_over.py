@@ -427,7 +427,6 @@ def test_commands_plan_a_request_or_say_why_not(
 
 VERBS = {
     "as_mapping",
-    "as_short_mapping",
     "in_radians",
     "look_ahead",
     "merged",

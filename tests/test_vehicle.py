@@ -179,7 +179,7 @@ class TestFields:
         assert ["rotor height" in line for line in str(low).splitlines()].count(
             True
         ) == 1
-        assert vehicle_from_mapping(low.as_short_mapping()) == low
+        assert vehicle_from_mapping(low.as_mapping()) == low
         for flat in (
             PAPER,
             PAPER.replace(rotor_height=-0.0),

@@ -1,8 +1,7 @@
 """Gait tables of raw columns, from files and from frames: which columns there must be, and what each may hold.
 
-Frames are those of pandas or polars, tables of pyarrow, and mappings of names to columns. They are recognised by their
-`columns` (pyarrow: `column_names`); none of these libraries is needed. Messages name the column and the row, counted
-from 1 over the whole table.
+Frames are those of pandas or polars, tables of pyarrow, and mappings of names to columns; none of these libraries is
+needed. Messages name the column and the row, counted from 1.
 """
 
 from __future__ import annotations
@@ -13,8 +12,7 @@ import re
 import warnings
 from collections import Counter
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +25,6 @@ from gaitgraph.angles import (
 )
 from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
-from gaitgraph.files import pass_interruption
 from gaitgraph.gait.digits import FLOAT_32, Digits, digits_of
 from gaitgraph.gait.given import is_frame
 from gaitgraph.gait.table import (
@@ -39,7 +36,6 @@ from gaitgraph.gait.table import (
     TEXTS,
     Table,
     about_from_text,
-    checked_about,
 )
 from gaitgraph.io.servo_map import (
     digits_from_joints,
@@ -48,10 +44,9 @@ from gaitgraph.io.servo_map import (
 )
 from gaitgraph.surface.sheets import COLORS, types_from_text
 from gaitgraph.timing.statement import checked
-from gaitgraph.vehicle import vehicle_in_gait_file
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from gaitgraph.gait.given import Frame
     from gaitgraph.invertibility.forms import FloatArray
@@ -69,235 +64,255 @@ _LIKELY_PERIOD = 60.0  # a longer one is probably in another unit [s]
 _LIKELY_STEP = 10.0  # of time, in median steps
 _BESIDE_JOINTS = ("color", "types", "R")
 MADE_BY = "made_by"
-SHARED = (
-    "vehicle",
-    "coefficients",
-    "period",
-    "law",
-)  # of a request and its table, stated once where they agree
-_TEXT = re.compile(r"\s*([\w.-]+) = ")
 _MOST_NAMED, _MOST_COMPARED = 20, 1000  # of other columns, in a message
 
 
-class TableBuilder:
-    """Checks the names of a table's columns, and then makes a table of raw columns.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RawTable:
+    """What a file holds: its columns, each as :func:`column_of` takes it, and what made them.
 
-    With `plane_only` alpha1 and alpha2 are enough. With `joints` the columns are those of a servo table. With `angles`
-    they are t and these angles alone, which may have any size. `tell` is called with each warning when it arises.
+    With `angle_texts` texts such as "3pi/8" are angles [rad].
     """
 
-    def __init__(
-        self,
-        *,
-        plane_only: bool = False,
-        joints: ServoMap | None = None,
-        angles: tuple[str, ...] = (),
-        tell: Callable[[str], None] | None = None,
-    ) -> None:
-        self.plane_only, self.joints, self.angles = plane_only, joints, angles
-        self._tell = tell
-        self._order = ("t", *angles) if angles else ORDER
-        self._other_names = {f"{name}_deg": name for name in angles or ANGLES}
-        self._other_names |= dict.fromkeys(_TIMES, "t")
-        self.about: dict[str, Any] = {}
-        self.names: Sequence[str] = ()
-        self.notes: tuple[str, ...] = ()
+    columns: Mapping[str, Any]
+    about: dict[str, Any] = field(default_factory=dict)
+    angle_texts: bool = False
 
-    def begin(self, names: Sequence[str], about: dict[str, Any]) -> None:
-        """Check the names of all columns of a file; `about`, what made it, may hold a map of joints."""
-        self.names = names
-        # What is read are tilt angles, so the map did not make them.
-        self.about = {name: value for name, value in about.items() if name != "servos"}
-        if self.joints is None and "servos" in about:
-            self.joints = servo_map_from_mapping(about["servos"])
-        for name, count in Counter(names).most_common(1):
-            if count > 1:
-                raise InputError(
-                    f"columns must have different names, got {name!r} {count} times"
-                )
-        used = self.used
-        others = [name for name in names if name not in used]
-        self._check_one_name_each()
-        if self.joints is not None:
-            self.joints.check_columns(list(names))
-        else:
-            known = {self._other_names.get(name, name) for name in names}
-            lifted = self.plane_only or (
-                "color" in known and known.isdisjoint(ANGLES[2:])
+
+def named_columns(names: Sequence[str], columns: Iterable[Any]) -> dict[str, Any]:
+    """Return columns by their names; InputError if two have the same."""
+    for name, count in Counter(names).most_common(1):
+        if count > 1:
+            raise InputError(
+                f"columns must have different names, got {name!r} {count} times"
             )
-            for name in self.angles or (ANGLES[:2] if lifted else ANGLES):
-                if name not in known:
-                    wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
-                    if self.angles:
-                        wanted = f"{', '.join(self.angles)} (rad), or these with _deg, one for each rotor that tilts"
-                    there = (
-                        f"; other columns are {self._listed(others)}" if others else ""
-                    )
-                    raise InputError(
-                        f"column {name!r} is missing; columns must be {wanted}{there}"
-                    )
-        if others:
-            self._note(f"columns not used: {self._listed(others)}")
+    return dict(zip(names, columns, strict=True))
 
-    def _note(self, note: str) -> None:
-        self.notes = (*self.notes, note)
-        if self._tell is not None:
-            self._tell(note)
 
-    def _check_one_name_each(self) -> None:
-        """Raise InputError if two columns are the same one under two names."""
-        first: dict[str, str] = {}
-        joints = () if self.joints is None else self.joints.columns
-        for name in self.used:
-            if name in self.names and name not in joints:
-                meant = self._other_names.get(name, name)
-                if meant in first:
-                    raise InputError(
-                        f"columns must have {first[meant]!r} or {name!r}, got both"
-                    )
-                first[meant] = name
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """Which columns are read.
 
-    def _listed(self, names: Sequence[str]) -> str:
-        """Return names of columns for a message, first those that resemble a known one, with a hint."""
-        near = {name: self._hint(name) for name in names[:_MOST_COMPARED]}
-        texts = [
-            f"{name!r} ({hint.removeprefix('; ')})"
-            for name, hint in near.items()
-            if hint
-        ]
-        texts += [shown(name) for name in names if not near.get(name)]
-        more = len(texts) - _MOST_NAMED
-        return ", ".join(texts[:_MOST_NAMED]) + (
-            f" and {more} more" if more > 0 else ""
-        )
+    With `plane_only` alpha1 and alpha2 are enough. With `joints` the columns are those of a servo table. With `angles`
+    they are t and these angles alone, which may have any size.
+    """
 
-    def _hint(self, name: str) -> str:
-        """Return the known name that another one may mean, for a message; of a time only one of the same unit."""
-        plain = _plain_name(name)
-        known = [one for one in self.used if one not in self.names]
-        times = [one for one in known if one == "t" or one in _TIMES]
-        hint = did_you_mean(plain, known)
-        if plain not in times and hint and hint == did_you_mean(plain, times):
-            return _UNITS_OF_TIME
-        return hint
+    plane_only: bool = False
+    joints: ServoMap | None = None
+    angles: tuple[str, ...] = ()
 
     @property
-    def used(self) -> tuple[str, ...]:
-        """Names of the columns that are read; others are listed in a warning."""
+    def order(self) -> tuple[str, ...]:
+        """The columns of the table."""
+        return ("t", *self.angles) if self.angles else ORDER
+
+    @property
+    def other_names(self) -> dict[str, str]:
+        """Other names of these, in other units."""
+        degrees = {f"{name}_deg": name for name in self.angles or ANGLES}
+        return degrees | dict.fromkeys(_TIMES, "t")
+
+    def used(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Return the columns that are read of a file with these names; others are listed in a warning."""
         if self.joints is None:
-            return (*self._order, *self._other_names)
+            return (*self.order, *self.other_names)
         joints = self.joints.columns
-        if self.joints.time in self.names:
+        if self.joints.time in names:
             return (*joints, *_BESIDE_JOINTS)
         times = [name for name in _TIMES if name not in joints]
         return (*joints, *times, *_BESIDE_JOINTS)
 
-    def table(self, raw: Mapping[str, Any], *, angle_texts: bool = False) -> Table:
-        """Return the table of raw columns, checked and in order; InputError if they have no rows.
 
-        Columns are what :func:`column_of` takes. With `angle_texts` texts such as "3pi/8" are angles, in radians.
-        """
-        used = {name: column_of(name, raw[name]) for name in self.used if name in raw}
-        lengths = {
-            len(values) for values in used.values() if not isinstance(values, str)
-        } or {0}
-        if len(lengths) > 1:
-            raise InputError(
-                f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}"
-            )
-        if lengths == {0}:
-            raise InputError("it must have at least one row, got none")
-        used = {
-            name: values if not isinstance(values, str) else [values] * max(lengths)
-            for name, values in used.items()
+GAIT_COLUMNS = Wanted()
+
+
+def table_of_columns(
+    raw: RawTable, wanted: Wanted = GAIT_COLUMNS, *, source: str | None = None
+) -> Table:
+    """Return the table of raw columns, checked and in order; InputError if they are none of a gait.
+
+    Notes on what is not used, or probably wrong, become warnings about the `source`, if that is given.
+    """
+    # What is read are tilt angles, so a map of joints did not make them.
+    about = {name: value for name, value in raw.about.items() if name != "servos"}
+    if wanted.joints is None and "servos" in raw.about:
+        wanted = replace(wanted, joints=servo_map_from_mapping(raw.about["servos"]))
+    others = _check_names([*raw.columns], wanted)
+    notes = [f"columns not used: {others}"] if others else []
+    _warn_of(notes, source)
+    used = _equally_long(raw.columns, wanted)
+    columns: dict[str, Any] = {}
+    digits: dict[str, Digits] = {}
+    if wanted.joints is not None:
+        numbers = {
+            name: _numbers(name, used.pop(name))
+            for name in wanted.joints.columns
+            if name in used
         }
-        found: dict[str, Any] = {}
-        digits: dict[str, Digits] = {}
-        if self.joints is not None:
-            numbers = {
-                name: _numbers(name, used.pop(name))
-                for name in self.joints.columns
-                if name in used
-            }
-            found |= tilts_from_joints(numbers, self.joints)
-            digits |= digits_from_joints(numbers, self.joints)
-        for name, values in used.items():
-            if name in TEXTS:
-                found[name] = _texts(name, values)
-            elif name in _TIMES:
-                times = _numbers(name, values)
-                found["t"] = times / _TIMES[name]
-                digits["t"] = digits_of(times, 1.0 / _TIMES[name])
-            elif name.endswith("_deg"):
-                degrees = _numbers(name, values)
-                found[self._other_names[name]] = np.radians(degrees)
-                digits[self._other_names[name]] = digits_of(degrees, math.radians(1.0))
-            else:
-                as_texts = angle_texts and name in (self.angles or ANGLES)
-                numbers_of_column = _numbers(name, values, angle_texts=as_texts)
-                found[self._other_names.get(name, name)] = numbers_of_column
-                digits[self._other_names.get(name, name)] = (
-                    FLOAT_32
-                    if getattr(values, "dtype", None) == np.float32
-                    else digits_of(numbers_of_column)
-                )
-        for name, largest in (_LARGEST | dict.fromkeys(self.angles, 1e6)).items():
-            beyond = np.abs(found.get(name, np.zeros(0))) > largest
-            if beyond.any():
-                k = int(np.argmax(beyond))
-                limit = (
-                    f"±π/2 rad (±{HALF_PI!r})"
-                    if largest == HALF_PI
-                    else f"±{largest:g}"
-                )
-                hint = (
-                    largest == HALF_PI
-                    and in_degrees(found[name][k])
-                    and f"; in degrees the column is {name}_deg"
-                )
-                got = f"{float(found[name][k])!r}{hint or ''}"
+        columns |= tilts_from_joints(numbers, wanted.joints)
+        digits |= digits_from_joints(numbers, wanted.joints)
+    for name, values in used.items():
+        meant = wanted.other_names.get(name, name)
+        if name in TEXTS:
+            columns[name] = _texts(name, values)
+        else:
+            as_texts = raw.angle_texts and name in (wanted.angles or ANGLES)
+            stated = _numbers(name, values, angle_texts=as_texts)
+            columns[meant], digits[meant] = _in_si(name, stated, values)
+    _check_sizes(columns, wanted)
+    if "t" in columns:
+        on_times = _notes_on_times(columns["t"], about)
+        _warn_of(on_times, source)
+        notes += on_times
+    columns = {name: columns[name] for name in wanted.order if name in columns}
+    return Table(columns=columns, about=about, digits=digits, notes=tuple(notes))
+
+
+def _check_names(names: list[str], wanted: Wanted) -> str:
+    """Raise InputError unless there are the columns that are wanted, each once; return a list of the others."""
+    used = wanted.used(names)
+    _check_one_name_each(names, wanted)
+    others = _listed([name for name in names if name not in used], names, used)
+    if wanted.joints is not None:
+        wanted.joints.check_columns(names)
+        return others
+    known = {wanted.other_names.get(name, name) for name in names}
+    needed = wanted.angles or ANGLES
+    columns = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
+    if wanted.angles:
+        columns = f"{', '.join(needed)} (rad), or these with _deg, one for each rotor that tilts"
+    elif wanted.plane_only or ("color" in known and known.isdisjoint(ANGLES[2:])):
+        needed = ANGLES[:2]
+    for name in needed:
+        if name not in known:
+            there = f"; other columns are {others}" if others else ""
+            raise InputError(
+                f"column {name!r} is missing; columns must be {columns}{there}"
+            )
+    return others
+
+
+def _check_one_name_each(names: Sequence[str], wanted: Wanted) -> None:
+    """Raise InputError if two columns are the same one under two names."""
+    first: dict[str, str] = {}
+    joints = () if wanted.joints is None else wanted.joints.columns
+    for name in wanted.used(names):
+        if name in names and name not in joints:
+            meant = wanted.other_names.get(name, name)
+            if meant in first:
                 raise InputError(
-                    f"row {k + 1}: {name} must be within {limit}, got {got}"
+                    f"columns must have {first[meant]!r} or {name!r}, got both"
                 )
-        if "t" in found:
-            self._check_times(found["t"])
-        columns = {name: found[name] for name in self._order if name in found}
-        return Table(columns=columns, about=self.about, digits=digits, notes=self.notes)
+            first[meant] = name
 
-    def whole(self, columns: Mapping[str, Any], about: dict[str, Any]) -> Table:
-        """Return the table of all columns, where angles may be texts."""
-        self.begin(list(columns), about)
-        return self.table(columns, angle_texts=True)
 
-    def _check_times(self, t: FloatArray) -> None:
-        """Raise InputError unless times increase; note those that are probably in another unit, and a gap."""
-        steps = np.diff(t)
-        if (steps < _SHORTEST_STEP).any():
-            k = int(np.argmax(steps < _SHORTEST_STEP)) + 1
-            wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
-            got = float(t[k])
-            raise InputError(f"row {k + 1}: {wanted}, got {got!r}", field="t")
-        if len(t) < 2 or "made_by" in self.about:  # a command's table has no such times
-            return
-        duration, stated = float(t[-1] - t[0]), number_of(self.about.get("period"))
-        if duration > _LIKELY_PERIOD and not stated > _LIKELY_PERIOD:
-            self._note(
-                f"row {len(t)} is {duration:.6g} s after row 1, more than a minute: is t in s? A column of ms is "
-                "t_ms, one of µs is t_us"
-            )
-        k, usual = int(np.argmax(steps)), float(np.median(steps))
-        if steps[k] > _LIKELY_STEP * usual:
-            self._note(
-                f"row {k + 2} is {steps[k]:.6g} s after the row before, {steps[k] / usual:.3g} times the median "
-                "step: are rows missing there, or is a time wrong?"
-            )
+def _listed(others: list[str], names: Sequence[str], used: Sequence[str]) -> str:
+    """Return names of columns for a message, first those that resemble a known one, with a hint."""
+    missing = [name for name in used if name not in names]
+    near = {name: _hint(name, missing) for name in others[:_MOST_COMPARED]}
+    texts = [
+        f"{name!r} ({hint.removeprefix('; ')})" for name, hint in near.items() if hint
+    ]
+    texts += [shown(name) for name in others if not near.get(name)]
+    more = len(texts) - _MOST_NAMED
+    listed = ", ".join(texts[:_MOST_NAMED])
+    return f"{listed} and {more} more" if more > 0 else listed
+
+
+def _hint(name: str, known: list[str]) -> str:
+    """Return the known name that another one may mean, for a message; of a time only one of the same unit."""
+    plain = _plain_name(name)
+    times = [one for one in known if one == "t" or one in _TIMES]
+    hint = did_you_mean(plain, known)
+    if plain not in times and hint and hint == did_you_mean(plain, times):
+        return _UNITS_OF_TIME
+    return hint
+
+
+def _equally_long(raw: Mapping[str, Any], wanted: Wanted) -> dict[str, Any]:
+    """Return the columns that are read, one text as often as there are rows; InputError unless all are as long."""
+    names = [name for name in wanted.used([*raw]) if name in raw]
+    columns = {name: column_of(name, raw[name]) for name in names}
+    lengths = {len(one) for one in columns.values() if not isinstance(one, str)} or {0}
+    if len(lengths) > 1:
+        raise InputError(
+            f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}"
+        )
+    (rows,) = lengths
+    if not rows:
+        raise InputError("it must have at least one row, got none")
+    return {
+        name: [values] * rows if isinstance(values, str) else values
+        for name, values in columns.items()
+    }
+
+
+def _in_si(name: str, numbers: FloatArray, values: Any) -> tuple[FloatArray, Digits]:
+    """Return the numbers of a column in radians or seconds, and the digits that they were printed with."""
+    if name in _TIMES:
+        unit = 1.0 / _TIMES[name]
+        return numbers / _TIMES[name], digits_of(numbers, unit)
+    if name.endswith("_deg"):
+        return np.radians(numbers), digits_of(numbers, math.radians(1.0))
+    if getattr(values, "dtype", None) == np.float32:
+        return numbers, FLOAT_32
+    return numbers, digits_of(numbers)
+
+
+def _check_sizes(columns: Mapping[str, Any], wanted: Wanted) -> None:
+    """Raise InputError for the first number that no gait has."""
+    largest_of = _LARGEST | dict.fromkeys(wanted.angles, 1e6)
+    for name, largest in largest_of.items():
+        beyond = np.abs(columns.get(name, np.zeros(0))) > largest
+        if not beyond.any():
+            continue
+        k = int(np.argmax(beyond))
+        limit, hint = f"±{largest:g}", ""
+        if largest == HALF_PI:
+            limit = f"±π/2 rad (±{HALF_PI!r})"
+            if in_degrees(columns[name][k]):
+                hint = f"; in degrees the column is {name}_deg"
+        got = f"{float(columns[name][k])!r}{hint}"
+        raise InputError(f"row {k + 1}: {name} must be within {limit}, got {got}")
+
+
+def _notes_on_times(t: FloatArray, about: Mapping[str, Any]) -> list[str]:
+    """Raise InputError unless times increase; note those that are probably in another unit, and a gap."""
+    steps = np.diff(t)
+    if (steps < _SHORTEST_STEP).any():
+        k = int(np.argmax(steps < _SHORTEST_STEP)) + 1
+        wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
+        got = float(t[k])
+        raise InputError(f"row {k + 1}: {wanted}, got {got!r}", field="t")
+    if len(t) < 2 or "made_by" in about:  # a command's table has no such times
+        return []
+    notes = []
+    duration, stated = float(t[-1] - t[0]), number_of(about.get("period"))
+    if duration > _LIKELY_PERIOD and not stated > _LIKELY_PERIOD:
+        notes.append(
+            f"row {len(t)} is {duration:.6g} s after row 1, more than a minute: is t in s? A column of ms is "
+            "t_ms, one of µs is t_us"
+        )
+    k, usual = int(np.argmax(steps)), float(np.median(steps))
+    if steps[k] > _LIKELY_STEP * usual:
+        notes.append(
+            f"row {k + 2} is {steps[k]:.6g} s after the row before, {steps[k] / usual:.3g} times the median "
+            "step: are rows missing there, or is a time wrong?"
+        )
+    return notes
+
+
+def _warn_of(notes: list[str], source: str | None) -> None:
+    for note in notes if source else ():
+        warnings.warn(f"{source}: {note}", FileWarning, stacklevel=4)
 
 
 def checked_table(table: Table) -> Table:
     """Return a table as a reader leaves it, compared with what it states; InputError if no file could have held it."""
     if table.motion is not None:
         return table
-    whole = TableBuilder().whole(table.columns, table.about)
+    raw = RawTable(columns=table.columns, about=table.about, angle_texts=True)
+    whole = table_of_columns(raw)
     digits = whole.digits | table.digits
     return checked(replace(whole, digits=digits, notes=table.notes))
 
@@ -329,8 +344,7 @@ def column_of(name: str, given: Any) -> Any:
             if given is values or values.ndim
             else shown(given)
         )
-    except (TypeError, ValueError) as error:
-        pass_interruption(error)
+    except (TypeError, ValueError):
         got = shown(given)
     raise InputError(f"{name} must be a column of numbers or of texts, got {got}")
 
@@ -446,94 +460,55 @@ def table_from_frame(frame: Frame) -> Table:
         raise InputError(
             f"frame must have its rows there, got a {type(frame).__name__}: collect() it first"
         )
-    given = (
-        frame
-        if isinstance(frame, Mapping)
-        else getattr(frame, "column_names", None) or frame.columns
-    )
-    names = [name for name in given if isinstance(name, str)]
-    attributes = getattr(frame, "attrs", None)
-    stated = attributes.get("gaitgraph") if isinstance(attributes, dict) else None
+    columns = _columns_of(frame)
+    stated = getattr(frame, "attrs", {})
+    stated = stated.get("gaitgraph") if isinstance(stated, dict) else None
+    about: dict[str, Any] | None
+    if stated is None and MADE_BY in columns:
+        about = about_of_column(columns[MADE_BY])
+        if about is not None:  # a CSV file of ours that pandas or polars has read
+            del columns[MADE_BY]
+    else:
+        about = _about_of_attributes(stated)
+    raw = RawTable(columns=columns, about=about or {}, angle_texts=True)
+    return checked(table_of_columns(raw, source="frame"))
+
+
+def _columns_of(frame: Frame) -> dict[str, Any]:
+    """Return the columns of a frame by name; of pandas also an index of times."""
+    names: Iterable[Any]
+    if isinstance(frame, Mapping):
+        names = frame
+    else:
+        names = getattr(frame, "column_names", None) or frame.columns
+    texts = [name for name in names if isinstance(name, str)]
+    columns = named_columns(texts, (frame[name] for name in texts))
+    index = getattr(frame, "index", None)
+    time = getattr(index, "name", None)
+    if time in ("t", *_TIMES) and {"t", *_TIMES}.isdisjoint(columns):
+        columns[time] = index
+    return columns
+
+
+def _about_of_attributes(stated: object) -> dict[str, Any]:
+    """Return what made a frame, as its `attrs` state it."""
     try:
-        about = about_from_text(json.dumps(stated, allow_nan=False))
+        return about_from_text(json.dumps(stated, allow_nan=False))
     except (RecursionError, TypeError, ValueError) as error:
         raise InputError(
             f"attrs must be as gaitgraph left them, got {shown(stated)}"
         ) from error
-    texts = (
-        [text for text in frame[MADE_BY] if isinstance(text, str) and text]
-        if MADE_BY in names
-        else []
-    )
-    if stated is None and MADE_BY in names and all(map(states_making, texts[:1])):
-        # a CSV file of ours that pandas or polars has read
-        names.remove(MADE_BY)
-        about = about_from_texts(texts)
-    index = getattr(frame, "index", None)
-    columns = {name: frame[name] for name in names}
-    time = getattr(index, "name", None)
-    if time in ("t", *_TIMES) and {"t", *_TIMES}.isdisjoint(names):
-        names.append(time)
-        columns[time] = index
-    builder = TableBuilder(
-        tell=lambda note: warnings.warn(f"frame: {note}", FileWarning, stacklevel=5)
-    )
-    builder.begin(names, about)
-    return checked(builder.table(columns, angle_texts=True))
 
 
-def states_making(text: str) -> bool:
-    """Return whether a text of the column `made_by` is one of ours."""
-    return FORMAT in text or bool(_TEXT.match(text))
+def about_of_column(texts: Iterable[object]) -> dict[str, Any] | None:
+    """Return what made a table, as one text in its column `made_by` states it; None if that column is none of ours.
 
-
-def about_from_texts(texts: list[str]) -> dict[str, Any]:
-    """Return what made a table, as the column `made_by` states it: one JSON text, or short texts.
-
-    The first of the short texts says how many there are. InputError if rows with others are missing: without them
-    limits, the vehicle or its constants are lost.
+    InputError if the column is empty: the row with the text is missing, and with it limits, vehicle or its constants.
     """
-    whole, at, about = "; ".join(texts), 0, dict[str, Any]()
-    if whole.startswith("{"):
-        return about_from_text(texts[0])
-    count = 0
-    with suppress(AttributeError, RecursionError, TypeError, ValueError):
-        while match := _TEXT.match(whole, at):
-            *groups, last = match[1].split(".")
-            inner = about
-            for group in groups:
-                inner = inner.setdefault(group, {})
-            inner[last], end = json.JSONDecoder().raw_decode(whole, match.end())
-            at = end + whole.startswith(";", end)
-            count += 1
-    if at < len(whole):
+    stated = next((text for text in texts if isinstance(text, str) and text), None)
+    if stated is None:
         raise InputError(
-            f"{MADE_BY} must hold texts such as 'law = \"smooth\"', got {shown(whole[at:].strip())}"
-        )
-    if about.pop("format", None) != FORMAT or about.pop("texts", count) != count:
-        raise InputError(
-            f"rows are missing whose texts in {MADE_BY} state the vehicle or the motion; without this column the rows "
+            f"the row is missing whose text in {MADE_BY} states the vehicle or the motion; without this column the rows "
             "are a table of their own"
         )
-    about = {
-        name: one
-        for name, one in _lists(checked_about(about)).items()
-        if name != "version"
-    }
-    if isinstance(about.get("vehicle"), dict):
-        about["vehicle"] = vehicle_in_gait_file(about["vehicle"]).as_mapping()
-    if isinstance(about.get("request"), dict):
-        about["request"] = {
-            name: about[name] for name in SHARED if name in about
-        } | about["request"]
-    return about
-
-
-def _lists(values: dict[str, Any]) -> Any:
-    """Return values with lists in place of what has numbers for names."""
-    inner = {
-        name: _lists(value) if isinstance(value, dict) else value
-        for name, value in values.items()
-    }
-    is_list = inner and [*inner] == [str(number) for number in range(1, len(inner) + 1)]
-    return [*inner.values()] if is_list else inner
+    return about_from_text(stated) if FORMAT in stated else None

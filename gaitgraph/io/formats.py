@@ -6,7 +6,6 @@ The libraries of an extra are loaded by the functions that need them.
 
 from __future__ import annotations
 
-import warnings
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import whole_number
 from gaitgraph.errors import (
-    FileWarning,
     InputError,
     MissingExtra,
     OutputExists,
@@ -38,7 +36,8 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import (
-    TableBuilder,
+    Wanted,
+    table_of_columns,
 )
 from gaitgraph.io.servo_map import mapped_table, servo_map_named
 from gaitgraph.timing.statement import checked
@@ -57,8 +56,8 @@ _MOST_PERIODS = 100_000
 class Format:
     """One kind of gait file.
 
-    Its module has ``write_SUFFIX(pieces, path)``, which writes a new file or folder from the pieces of a table, and
-    ``read_SUFFIX(path, builder)``, which yields the tables of its columns, piece by piece.
+    Its module has ``write_SUFFIX(table, path)``, which writes a new file or folder, and
+    ``read_SUFFIX(path)``, which returns its columns as a RawTable.
     """
 
     suffix: str
@@ -259,22 +258,21 @@ def unchecked_table(
 ) -> Table:
     """Read a gait table whose statement nobody has compared with its rows; errors as :func:`read_table`.
 
-    The options are those of TableBuilder.
+    The options are those of :class:`gaitgraph.io.columns.Wanted`.
     """
     form, path = known_format(path, _WHAT, reads=True), Path(path)
     read = form.function("read")
     with reading(path, _WHAT), naming_file(path):
         path.stat()
-        builder = TableBuilder(
+        if not form.folder:  # the system's own words for what cannot be read
+            path.open("rb").close()
+        wanted = Wanted(
             plane_only=plane_only,
             joints=None if joints is None else servo_map_named(joints),
             angles=angles,
-            tell=lambda note: warnings.warn(
-                f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2
-            ),
         )
-        table: Table = read(path, builder)
-    return table
+        source = f"{_WHAT} {str(path)!r}"
+        return table_of_columns(read(path), wanted, source=source)
 
 
 def object_from_json(text: str) -> dict[str, Any]:

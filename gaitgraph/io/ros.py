@@ -8,7 +8,6 @@ That of a flight has a fourth, a PoseStamped of the body for each point. Bags ha
 from __future__ import annotations
 
 import json
-from contextlib import ExitStack
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +25,8 @@ from gaitgraph.gait.table import (
     provenance_of,
     provenance_text,
 )
-from gaitgraph.io.binary_tables import check_size, gate
+from gaitgraph.io.binary_tables import library
+from gaitgraph.io.columns import RawTable
 from gaitgraph.io.servo_map import servos_of
 
 if TYPE_CHECKING:
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.io.columns import TableBuilder
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATE = "sensor_msgs/msg/JointState"
@@ -244,7 +243,7 @@ def _store() -> Typestore:
     )  # these messages are the same in all distributions
 
 
-def read_mcap(path: Path, builder: TableBuilder) -> Table:
+def read_mcap(path: Path) -> RawTable:
     """Return the gait of a bag or of its file: its JointTrajectory, else its JointStates; of ours, one period."""
     from rosbags.rosbag2 import Reader
 
@@ -252,48 +251,32 @@ def read_mcap(path: Path, builder: TableBuilder) -> Table:
         raise InputError(
             "it must have a metadata.yaml, got none: ros2 bag reindex writes one"
         )
-    with ExitStack() as opened:
-        with gate(path, _BAG):
-            bag = opened.enter_context(Reader(path))
-            storages = getattr(bag.storage, "storages", [bag.storage])
-            chunks = (
-                chunk
-                for storage in storages
-                for chunk in getattr(storage, "chunks", ())
-            )
-            check_size(sum(chunk.uncompressed_size for chunk in chunks), "its chunks")
-        about, chosen = (
-            dict[str, Any](),
-            None,
-        )  # of our own bags, with which options they were written
-        for _, message in _messages(path, bag, STRING, [TOPICS[STRING]])[:1]:
-            about, chosen = (
-                about_from_text(message.data, required=True),
-                json.loads(message.data).get("bag"),
-            )
-        chosen = chosen if isinstance(chosen, dict) else {}
-        columns = _columns(*_recorded(path, bag, chosen), chosen)
-    return builder.whole(columns, about)
+    about: dict[str, Any] = {}
+    chosen: dict[str, Any] = {}  # the options that a bag of ours was written with
+    with library(_BAG), Reader(path) as bag:
+        for _, message in _messages(bag, STRING, [TOPICS[STRING]])[:1]:
+            about = about_from_text(message.data, required=True)
+            stated = json.loads(message.data).get("bag")
+            chosen = stated if isinstance(stated, dict) else {}
+        recorded = _recorded(bag, chosen)
+    return RawTable(columns=_columns(*recorded, chosen), about=about, angle_texts=True)
 
 
-def _messages(
-    path: Path, bag: Reader, kind: str, topics: list[str]
-) -> list[tuple[int, Any]]:
+def _messages(bag: Reader, kind: str, topics: list[str]) -> list[tuple[int, Any]]:
     """Return the messages of a kind in some topics, each with the time of its record [ns]."""
     connections = [
         one for one in bag.connections if one.msgtype == kind and one.topic in topics
     ]
     if not connections:  # which would mean all
         return []
-    with gate(path, _BAG):
-        return [
-            (time, _store().deserialize_cdr(content, kind))
-            for _, time, content in bag.messages(connections)
-        ]
+    return [
+        (time, _store().deserialize_cdr(content, kind))
+        for _, time, content in bag.messages(connections)
+    ]
 
 
 def _recorded(
-    path: Path, bag: Reader, chosen: dict[str, Any]
+    bag: Reader, chosen: dict[str, Any]
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
     """Return names of joints, and rows of time [ns], positions, velocities and accelerations, of a bag.
 
@@ -311,7 +294,7 @@ def _recorded(
                 f"topics of {kind} must be one, or {topic} among them, got {', '.join(topics)}"
             )
         topics = [topic] if len(topics) > 1 else topics
-        messages = _messages(path, bag, kind, topics)
+        messages = _messages(bag, kind, topics)
         if not messages:
             continue
         first = messages[0][1]

@@ -626,7 +626,8 @@ def tilts_from_joints(
         _check_limits(servo_map, joint, values)
         tilt = joint.tilt_of(values) + 0.0
         # π/2 in another unit may come back a digit beyond it.
-        near = np.abs(np.abs(tilt) - HALF_PI) < 1e-12 + joint.rounding
+        beyond = np.abs(tilt) - HALF_PI
+        near = (beyond > 0) & (beyond < 1e-12 + joint.rounding)
         found[name] = np.where(near, np.copysign(HALF_PI, tilt), tilt)
     for end, names in _DERIVATIVES.items():
         if all(

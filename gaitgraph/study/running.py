@@ -46,7 +46,7 @@ from gaitgraph.errors import (
     needs_extra,
     shown,
 )
-from gaitgraph.files import remove_leftovers, text_of, write_whole
+from gaitgraph.files import text_of, write_whole
 from gaitgraph.flight.simulation import fly
 from gaitgraph.study.design import (
     FLIGHT,
@@ -317,7 +317,6 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
     wanted = f"output must be a new folder or one of this study, got {str(folder)!r}"
     try:
         if not manifest.exists():
-            remove_leftovers(folder)
             if folder.exists() and any(folder.iterdir()):
                 raise OutputExists(f"{wanted} with files")
             folder.mkdir(exist_ok=True)
@@ -352,7 +351,6 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
                 f"another process writes to {str(folder)!r}; run one at a time"
             ) from error
         rows.mkdir(exist_ok=True)
-        remove_leftovers(rows)
         yield
 
 
