@@ -179,7 +179,8 @@ def pace_command(
     from gaitgraph.timing.servo_lag import servo_response
     from gaitgraph.timing.timed_gait import table_of
     from gaitgraph.validation.report import unlikely_limits, verdict_of
-    from gaitgraph.validation.validating import both, validate
+    from gaitgraph.validation.validating import validate
+    from gaitgraph.validation.worst import both
 
     check_outputs(outputs, force=force)
     beside = certificates_beside(outputs, force=force) if given.get("certify") else []

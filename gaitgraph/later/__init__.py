@@ -35,14 +35,13 @@ if TYPE_CHECKING:
         Check as Check,
         CheckOptions as CheckOptions,
         Report as Report,
-        hover_thrust_text as hover_thrust_text,
         limit_check as limit_check,
     )
     from gaitgraph.validation.validating import (
-        both as both,
         check_gait as check_gait,
         validate as validate,
     )
+    from gaitgraph.validation.worst import worst_of as worst_of
 else:
     __getattr__, __dir__ = lazy_names(
         __name__,
@@ -64,9 +63,9 @@ else:
                 "Check",
                 "CheckOptions",
                 "Report",
-                "hover_thrust_text",
                 "limit_check",
             ],
-            "gaitgraph.validation.validating": ["both", "check_gait", "validate"],
+            "gaitgraph.validation.validating": ["check_gait", "validate"],
+            "gaitgraph.validation.worst": ["worst_of"],
         },
     )

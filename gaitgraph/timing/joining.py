@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import reduce
 from typing import TYPE_CHECKING, Any, Self, Unpack, cast
 
 import numpy as np
@@ -46,7 +45,7 @@ from gaitgraph.timing.timed_gait import (
 from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     import numpy.typing as npt
 
@@ -375,40 +374,9 @@ class JoinedPath(TimedGait):
             for section in self.sections
         ]
         reports = [motion.check(**options) for motion in motions]
-        found = _worst_of_all(reports)
+        found = later.worst_of(reports)
         power = None if found.hover_power is None else self.hover_power
         return replace(found, hover_power=power, hover_power_over="time", repeats=False)
-
-
-def _worst_of_all(reports: Sequence[later.Report]) -> later.Report:
-    """Return the report of motions one after another: of each check the worst, and the hover thrusts of all of them."""
-    found = reduce(later.both, reports)
-    worst = {check.name: check for check in found.checks}
-
-    def nearest(name: str, distance: Callable[[later.Check], float]) -> None:
-        checks = [report[name] for report in reports]
-        if all(check.ok and check.decided for check in checks):
-            worst[name] = min(checks, key=distance)
-
-    nearest("R_sign", lambda check: abs(check.value or 0.0))
-    if "tilt_range" in worst:
-        nearest(
-            "tilt_range", lambda check: abs((check.limit or 0.0) - (check.value or 0.0))
-        )
-    thrusts = [one.hover_thrusts for one in reports if one.hover_thrusts is not None]
-    if len(thrusts) < len(reports):
-        return replace(found, checks=tuple(worst.values()), hover_thrusts=None)
-    least, largest = min(one[0] for one in thrusts), max(one[1] for one in thrusts)
-    strongest = reports[[one[1] for one in thrusts].index(largest)]
-    worst["hover_thrust"] = replace(
-        worst["hover_thrust"], message=later.hover_thrust_text(least, largest)
-    )
-    return replace(
-        found,
-        checks=tuple(worst.values()),
-        notes=strongest.notes,
-        hover_thrusts=(least, largest),
-    )
 
 
 def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:

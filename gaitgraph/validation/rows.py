@@ -31,6 +31,7 @@ from gaitgraph.surface.sheets import color_of
 from gaitgraph.validation.physics import report_of
 from gaitgraph.validation.report import Check, Report, limit_check
 from gaitgraph.validation.rules import Criteria, Segments, check_of
+from gaitgraph.validation.worst import both
 from gaitgraph.validation.wrong_rows import LoneRows, lone_rows
 from gaitgraph.vehicle import four_of, scale_of
 
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
 _BESIDE_CUBIC = 1e-6  # largest distance of a cubic between rows from its chords [rad]
 _MOST_PARTS = 1000  # of a cubic
+_PASSING = 2e-4  # of limits, by cubics through samples of a motion [rad, or a share]
 _MOST_SHARE = 0.01  # of a rate's limit that the digits of angles may explain
 
 MOST_LISTED_ROWS = 10_000
@@ -49,8 +51,22 @@ MOST_LISTED_ROWS = 10_000
 
 
 def report_of_rows(table: Table, criteria: Criteria) -> Report:
-    """Return every check of a table's rows, joined by straight segments, also the last with the first unless it is run once."""
+    """Return every check of a table's rows, joined straight, and by cubics where its rates and accelerations say so."""
     alpha, color = lifted_rows(table, criteria.coefficients, criteria.tolerance)
+    report = _report_of_straight_rows(table, alpha, color, criteria)
+    cubics = _segments_along_cubics(table, alpha, color)
+    if cubics is None:
+        return report
+    if table.motion is not None:  # it keeps the limits, and the cubics are nearly it
+        criteria = replace(criteria, passing=_PASSING)
+    worse = both(report_of(cubics, criteria, report["closed"]), report)
+    return replace(worse, reachability=report.reachability)
+
+
+def _report_of_straight_rows(
+    table: Table, alpha: FloatArray, color: CodeArray, criteria: Criteria
+) -> Report:
+    """Return every check of rows joined by straight segments, also the last with the first unless they are run once."""
     count = len(alpha)
     is_path = not table.repeats and count > 1
     # A last row of another color is a new point, with a segment to the first and no step in time.
@@ -297,7 +313,9 @@ def _stated_sizes(
 # -- Cubics
 
 
-def segments_along_cubics(table: Table, criteria: Criteria) -> Segments | None:
+def _segments_along_cubics(
+    table: Table, alpha: FloatArray, color: CodeArray
+) -> Segments | None:
     """Return chords of the cubics through a table's rows and rates, at most 1e-6 rad beside them; None if not needed.
 
     A cubic's second derivative is linear, so a chord of a share 1/m of it is off by at most max|f″|/(8m²). Of one that
@@ -305,7 +323,6 @@ def segments_along_cubics(table: Table, criteria: Criteria) -> Segments | None:
     """
     if not table.joined_by_cubics:
         return None
-    alpha, color = lifted_rows(table, criteria.coefficients, criteria.tolerance)
     t = table["t"]
     width = np.diff(t)[:, None]
     rates = np.column_stack([table[name] for name in RATES])

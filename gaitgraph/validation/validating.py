@@ -16,13 +16,14 @@ import numpy as np
 from gaitgraph.errors import InputError, shown
 from gaitgraph.files import naming_file
 from gaitgraph.gait.given import given_gait
-from gaitgraph.gait.table import RATE_CHECKS, surface_of, tilt_angles
+from gaitgraph.gait.table import surface_of, tilt_angles
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
 from gaitgraph.validation.any_rotors import validate_geometry
 from gaitgraph.validation.physics import report_of
-from gaitgraph.validation.rows import report_of_rows, segments_along_cubics
+from gaitgraph.validation.rows import report_of_rows
 from gaitgraph.validation.rules import Criteria, check_of, segments_of
+from gaitgraph.validation.worst import both
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
@@ -33,11 +34,6 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import CheckOptions, Report
     from gaitgraph.vehicle import Vehicle, VehicleLike
-
-_PASSING = 2e-4  # of limits, by cubics through samples of a motion [rad, or a share]
-_WORSE = dict.fromkeys((*RATE_CHECKS, "on_surface", "thrust_limit"), 1.0)
-_WORSE |= dict.fromkeys(("least_singular_value", "hover_thrust"), -1.0)
-_TIE = 1e-6  # share of a value by which another is no worse
 
 
 def check_gait(
@@ -212,7 +208,7 @@ def _report_of_table(
         crossing_tolerance=stated if crossing_tolerance is None else crossing_tolerance,
         **limits,
     )
-    report = _report_of_rows_and_cubics(table, criteria)
+    report = report_of_rows(table, criteria)
     motion = given.motion
     if motion is not None:
         if crossing_tolerance is not None:
@@ -226,18 +222,6 @@ def _report_of_table(
     return replace(report, said=table.notes)
 
 
-def _report_of_rows_and_cubics(table: Table, criteria: Criteria) -> Report:
-    """Return every check of a table's rows, joined straight, and by cubics where its rates and accelerations say so."""
-    report = report_of_rows(table, criteria)
-    cubics = segments_along_cubics(table, criteria)
-    if cubics is None:
-        return report
-    if table.motion is not None:  # it keeps the limits, and the cubics are nearly it
-        criteria = replace(criteria, passing=_PASSING)
-    worse = both(report_of(cubics, criteria, report["closed"]), report)
-    return replace(worse, reachability=report.reachability)
-
-
 def _report_of_motion(table: Table, motion: TimedGait, limits: CheckOptions) -> Report:
     """Return every check of the motion that a table samples, under the limits that the table was made for too."""
     vehicle = motion.gait.vehicle
@@ -248,31 +232,3 @@ def _report_of_motion(table: Table, motion: TimedGait, limits: CheckOptions) -> 
     }
     limited = replace(motion.gait, vehicle=vehicle.replace(**made_for))
     return motion.with_gait(limited).check(**limits)
-
-
-def both(first: Report, second: Report) -> Report:
-    """Return the report of a gait of which two readings must hold; of each check the worse one, else the first.
-
-    Closing, rows, colourings and notes are those of the second, power and thrusts in hover are those of the first.
-    """
-    checks = []
-    others = {check.name: check for check in second.checks}
-    for check in first.checks:
-        other = others.pop(check.name, check)
-        is_worse = check.ok and not other.ok
-        if check.ok and other.ok and check.name in _WORSE:
-            excess = (other.value or 0.0) - (check.value or 0.0)
-            is_worse = _WORSE[check.name] * excess > _TIE * abs(check.value or 0.0)
-        checks.append(other if is_worse or check.name == "closed" else check)
-    reach = first
-    if first.reachable_from_hover and not second.reachable_from_hover:
-        reach = second
-    return replace(
-        second,
-        checks=(*checks, *others.values()),
-        reachable_from_hover=reach.reachable_from_hover,
-        reachability=reach.reachability,
-        hover_power=None if second.hover_power is None else first.hover_power,
-        hover_power_over=first.hover_power_over,
-        hover_thrusts=None if second.hover_thrusts is None else first.hover_thrusts,
-    )
