@@ -175,90 +175,10 @@ class Vehicle(Pictured):
         check_fields("vehicle", constants, _FIELDS)
         stated: dict[str, Any] = _DEFAULTS | constants
         _read_positions(stated)
-        if (
-            not isinstance(name := stated["name"], str)
-            or not name
-            or not name.isprintable()
-        ):
-            raise InputError(
-                f"vehicle name must be a printable, non-empty text, got {shown(name)}"
-            )
-        low = stated["min_tilt"]
-        if low is not None and stated["max_tilt"] is None:
-            raise InputError(
-                f"max_tilt must be stated (rad) beside min_tilt, got none; min_tilt is {shown(low)}"
-            )
-        for field in UNITS:
-            if field in ("inertia", "rotor_height", "rotor_positions") or (
-                stated[field] is None and field != "gravity"
-            ):
-                continue
-            tilt = partial(_tilt, signed=low is not None)
-            convert: Any = {"linkage": linkage_of, **dict.fromkeys(_TILTS, tilt)}.get(
-                field, _positive
-            )
-            stated[field] = _each(field, stated[field], convert)
-        if (inertia := stated["inertia"]) is not None:
-            if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
-                raise InputError(
-                    f"inertia must be three positive numbers (kg m²), got {shown(inertia)}"
-                )
-            stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
-        stated["first_arm_angle"] = angle_within(
-            stated["first_arm_angle"], "first_arm_angle", 2 * math.pi
-        )
-        checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
-        if not isinstance(feedback := stated["servo_feedback"], bool):
-            raise InputError(
-                f"servo_feedback must be true or false, got {shown(feedback)}",
-                field="servo_feedback",
-            )
-        for field, formula, over, under in (
-            ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
-            ("drag_ratio", "Km/(Kf·L)", "drag_to_thrust", "arm_length"),
-        ):
-            if stated[over] is None or stated[under] is None:
-                continue
-            mean = sum(four_of(stated[over])) / 4
-            derived, got = mean / stated[under], stated[field]
-            if got is None:
-                stated[field] = _positive(
-                    field, derived
-                )  # a quotient of extreme constants can overflow or vanish
-            elif isinstance(got, tuple):
-                raise InputError(
-                    f"drag_coefficient must be omitted beside four drag_to_thrust, got {stated[over]}"
-                )
-            elif not math.isclose(got, derived, rel_tol=1e-6):
-                rule = (
-                    f"{formula} = {derived:.9g} of the other constants, or be omitted"
-                )
-                raise InputError(f"{field} must equal {rule}, got {got}")
-        if stated["drag_ratio"] is None:
-            raise InputError(
-                "vehicle constants do not determine the drag ratio κ; state thrust_coefficient, "
-                "drag_coefficient and arm_length, or drag_to_thrust and arm_length, or drag_ratio"
-            )
-        if not 1e-9 <= stated["drag_ratio"] <= 1e9:
-            raise InputError(
-                f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']}",
-                field="drag_ratio",
-            )
-        height, largest = stated["rotor_height"], 10 * (stated["arm_length"] or 0.0)
-        if number_of(height) and not largest:
-            rule = "0 m without an arm_length"
-            raise InputError(
-                f"rotor_height must be {rule}, got {shown(height)}; state arm_length (m)"
-            )
-        if not abs(number_of(height)) <= largest * (1 + 1e-12):
-            raise InputError(
-                f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(height)}"
-            )
-        stated["rotor_height"] = number_of(height) + 0.0  # -0.0 is 0.0
-        if isinstance(stated["drag_to_thrust"], tuple) and not stated["arm_length"]:
-            raise InputError(
-                "arm_length (m) or rotor_positions must be stated beside four drag_to_thrust, got none"
-            )
+        _read_words(stated)
+        _read_numbers(stated)
+        _derive_drag_ratio(stated)
+        _read_height(stated)
         for field, value in stated.items():
             object.__setattr__(self, field, value)  # the record is frozen
         for arm, (least, most) in enumerate(self.tilt_range or (), start=1):
@@ -638,6 +558,101 @@ def _read_positions(stated: dict[str, Any]) -> None:
         and all(abs(turn - math.pi / 2) <= _ALIKE for turn in turns)
     )
     stated["rotor_positions"] = None if is_equal else tuple(places)
+
+
+def _read_words(stated: dict[str, Any]) -> None:
+    """Check the name, the spin, and whether servos report their angles."""
+    name, feedback = stated["name"], stated["servo_feedback"]
+    if not isinstance(name, str) or not name or not name.isprintable():
+        raise InputError(
+            f"vehicle name must be a printable, non-empty text, got {shown(name)}"
+        )
+    checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
+    if not isinstance(feedback, bool):
+        raise InputError(
+            f"servo_feedback must be true or false, got {shown(feedback)}",
+            field="servo_feedback",
+        )
+
+
+def _read_numbers(stated: dict[str, Any]) -> None:
+    """Read all constants with a unit but the rotor height, and the angle of the first arm."""
+    low = stated["min_tilt"]
+    if low is not None and stated["max_tilt"] is None:
+        raise InputError(
+            f"max_tilt must be stated (rad) beside min_tilt, got none; min_tilt is {shown(low)}"
+        )
+    convert: dict[str, Callable[[str, Any], Any]] = dict.fromkeys(UNITS, _positive)
+    convert |= dict.fromkeys(_TILTS, partial(_tilt, signed=low is not None))
+    convert |= {"linkage": linkage_of, "inertia": _inertia}
+    for field in UNITS:
+        is_read_elsewhere = field in ("rotor_height", "rotor_positions")
+        is_omitted = stated[field] is None and field != "gravity"
+        if not (is_read_elsewhere or is_omitted):
+            stated[field] = _each(field, stated[field], convert[field])
+    stated["first_arm_angle"] = angle_within(
+        stated["first_arm_angle"], "first_arm_angle", 2 * math.pi
+    )
+
+
+def _inertia(name: str, value: object) -> tuple[float, ...]:
+    if not isinstance(value, (list, tuple)) or len(value) != 3:
+        raise InputError(
+            f"{name} must be three positive numbers (kg m²), got {shown(value)}"
+        )
+    return tuple(_positive(name, part) for part in value)
+
+
+def _derive_drag_ratio(stated: dict[str, Any]) -> None:
+    """Derive Km/Kf and κ where the other constants determine them; InputError if they contradict it or leave κ open."""
+    for field, formula, over, under in (
+        ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
+        ("drag_ratio", "Km/(Kf·L)", "drag_to_thrust", "arm_length"),
+    ):
+        if stated[over] is None or stated[under] is None:
+            continue
+        derived, got = sum(four_of(stated[over])) / 4 / stated[under], stated[field]
+        if got is None:
+            # A quotient of extreme constants can overflow or vanish.
+            stated[field] = _positive(field, derived)
+        elif isinstance(got, tuple):
+            raise InputError(
+                f"drag_coefficient must be omitted beside four drag_to_thrust, got {stated[over]}"
+            )
+        elif not math.isclose(got, derived, rel_tol=1e-6):
+            rule = f"{formula} = {derived:.9g} of the other constants, or be omitted"
+            raise InputError(f"{field} must equal {rule}, got {got}")
+    ratio = stated["drag_ratio"]
+    if ratio is None:
+        raise InputError(
+            "vehicle constants do not determine the drag ratio κ; state thrust_coefficient, "
+            "drag_coefficient and arm_length, or drag_to_thrust and arm_length, or drag_ratio"
+        )
+    if not 1e-9 <= ratio <= 1e9:
+        raise InputError(
+            f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {ratio}",
+            field="drag_ratio",
+        )
+    if isinstance(stated["drag_to_thrust"], tuple) and not stated["arm_length"]:
+        raise InputError(
+            "arm_length (m) or rotor_positions must be stated beside four drag_to_thrust, got none"
+        )
+
+
+def _read_height(stated: dict[str, Any]) -> None:
+    """Read the rotor height, which is at most ten arm lengths."""
+    given = stated["rotor_height"]
+    height, largest = number_of(given), 10 * (stated["arm_length"] or 0.0)
+    if height and not largest:
+        rule = "0 m without an arm_length"
+        raise InputError(
+            f"rotor_height must be {rule}, got {shown(given)}; state arm_length (m)"
+        )
+    if not abs(height) <= largest * (1 + 1e-12):
+        raise InputError(
+            f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(given)}"
+        )
+    stated["rotor_height"] = height + 0.0  # -0.0 is 0.0
 
 
 def _unarrayed(value: Any) -> Any:

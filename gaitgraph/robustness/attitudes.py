@@ -188,29 +188,12 @@ def acceptable_attitudes(
         )
     checked_number("tolerance", tolerance, "a finite number above 0", above=True)
     rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
-    # The closed polyline in short pieces.
-    step = np.roll(points, -1, axis=0) - points
-    size = np.abs(step).max(axis=1)
-    longest = max(_LONGEST_PIECE, float(size.sum()) / _MOST_PIECES)
-    segment, number, count = _counted(np.maximum(np.ceil(size / longest), 1))
-    starts = points[segment] + (number / count)[:, None] * step[segment]
-    v = attitude_sensitivities(starts, coefficients)
-    sweep = _swept(
-        starts, np.roll(starts, -1, axis=0), v, np.roll(v, -1, axis=0), coefficients
-    )
+    sweep = _sweep_of(points, coefficients)
     polygon, error, reason = shapely.Polygon(), 0.0, _NOT_LEVEL
     heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
-    # Points at which v may vanish, where R is small enough for that.
-    near = (
-        np.minimum(np.abs(sweep.v0[:, 2]), np.abs(sweep.v1[:, 2])) - sweep.level
-        <= _SMALL + 50 * rounding
-    )
-    points = np.linspace(
-        sweep.starts[near], sweep.ends[near], _SAMPLES, endpoint=False
-    ).reshape(-1, 4)
-    points = points[singular_everywhere(points, coefficients, angle_rounding=rounding)]
-    if len(points):
-        exactly = singular_everywhere(points, coefficients.as_they_stand).all()
+    vanishing = _vanishing(sweep, coefficients, rounding)
+    if len(vanishing):
+        exactly = singular_everywhere(vanishing, coefficients.as_they_stand).all()
         along = segment_singular_everywhere(
             sweep.starts, sweep.ends, coefficients, rounding
         )
@@ -220,11 +203,9 @@ def acceptable_attitudes(
         # Level flight is nowhere singular at the samples.
         side = math.copysign(1.0, heights[0])
         inside = _inside(side * np.concatenate([sweep.v0, sweep.v1]))
-        found = (
-            None
-            if inside is None
-            else _narrowed(sweep, coefficients, side, inside, tolerance)
-        )
+        found = None
+        if inside is not None:
+            found = _narrowed(sweep, coefficients, side, inside, tolerance)
         if found is None:
             error, reason = 1.0, "R is too near to zero to be decided"
         elif not found[0].is_empty:
@@ -232,6 +213,31 @@ def acceptable_attitudes(
     return AcceptableAttitudes(
         polygon=polygon, error=error, tolerance=float(tolerance), reason=reason
     )
+
+
+def _sweep_of(points: FloatArray, coefficients: Coefficients) -> _Sweep:
+    """Return the closed polyline through points in short pieces."""
+    step = np.roll(points, -1, axis=0) - points
+    size = np.abs(step).max(axis=1)
+    longest = max(_LONGEST_PIECE, float(size.sum()) / _MOST_PIECES)
+    segment, number, count = _counted(np.maximum(np.ceil(size / longest), 1))
+    starts = points[segment] + (number / count)[:, None] * step[segment]
+    v = attitude_sensitivities(starts, coefficients)
+    return _swept(
+        starts, np.roll(starts, -1, axis=0), v, np.roll(v, -1, axis=0), coefficients
+    )
+
+
+def _vanishing(
+    sweep: _Sweep, coefficients: Coefficients, rounding: float
+) -> FloatArray:
+    """Return samples at which v may vanish, of pieces on which R is small enough for that, shape (k, 4) [rad]."""
+    height = np.minimum(np.abs(sweep.v0[:, 2]), np.abs(sweep.v1[:, 2]))
+    near = height - sweep.level <= _SMALL + 50 * rounding
+    ends = sweep.starts[near], sweep.ends[near]
+    points = np.linspace(*ends, _SAMPLES, endpoint=False).reshape(-1, 4)
+    vanishes = singular_everywhere(points, coefficients, angle_rounding=rounding)
+    return np.asarray(points[vanishes])
 
 
 class _Sweep(NamedTuple):
@@ -341,63 +347,50 @@ def _narrowed(
     most = max(_MOST_PIECES, 2 * pieces)
     core = np.zeros((0, 3))
     while True:
-        samples = np.concatenate(
-            [core, sign * sweep.v0]
-        )  # where a piece ends, the next begins
+        # Where a piece ends, the next begins.
+        samples = np.concatenate([core, sign * sweep.v0])
         if (sign * sweep.v0[:, 2] < 0).any():
             return shapely.Polygon(), 0.0  # R changes its sign between first samples
         if (samples @ inside <= 0).any():
             return None
         # Some safe ray may have no positive product with `inside`.
         chord = np.minimum(sign * sweep.v0 @ inside, sign * sweep.v1 @ inside)
-        doubtful = (
-            chord
-            <= math.sqrt(2.0) * math.hypot(*inside[:2]) * sweep.across
-            + inside[2] * sweep.level
-        )
-        if not doubtful.any():
-            outer = _extreme_rays(samples, inside)
-            # Upright all along, v adds nothing to the horizon, as on red.
-            leaning = sweep.v0[:, :2].any(axis=1) | sweep.v1[:, :2].any(axis=1)
-            out = (sweep.across > 0) | ((sweep.level > 0) & leaning)
-            if (
-                len(outer) >= 3
-            ):  # the pieces that may leave a cone of some samples, by the normals of its sides
-                some = outer[:: -(-len(outer) // _SIDES)]
-                out &= sweep.may_leave(
-                    sign, np.cross(some, np.roll(some, -1, axis=0)).T
-                )
-            sweep, core = sweep.only(out), outer
-            rays = sweep.safe_rays(sign)
-            extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
-            whole, part = (
-                shapely.Polygon(_ring_of(rays, 1e-4)) for rays in (outer, extreme)
-            )
-            gap = abs(whole.area - part.area) / DIAGRAM_AREA
+        beside = math.sqrt(2.0) * math.hypot(*inside[:2]) * sweep.across
+        doubtful = chord <= beside + inside[2] * sweep.level
+        if doubtful.any():
+            if pieces + 3 * doubtful.sum() > most:
+                return None
+        else:
+            core = _extreme_rays(samples, inside)
+            sweep = sweep.only(_may_leave_cone(sweep, sign, core))
+            rays = sweep.safe_rays(sign).reshape(-1, 3)
+            extreme = _extreme_rays(np.concatenate([core, rays]), inside)
+            polygon = _polygon_of(extreme)
+            gap = max(_polygon_of(core).area - polygon.area, 0.0) / DIAGRAM_AREA
+            chords = 0.0
+            if len(extreme) > 1:
+                chords = _SAG * float(polygon.length) / DIAGRAM_AREA
             # Finer pieces gain at most what the straight sides lose.
-            last = (
-                not out.any()
-                or pieces + 3 * len(sweep.starts) > most
-                or gap <= 2 * _SAG
-            )
-            if last or gap + _SAG * part.length / DIAGRAM_AREA <= tolerance:
-                polygon = _polygon_of(extreme)
-                chords = (
-                    _SAG * float(polygon.length) / DIAGRAM_AREA
-                    if len(extreme) > 1
-                    else 0.0
-                )
-                error = (
-                    max(_polygon_of(outer).area - polygon.area, 0.0) / DIAGRAM_AREA
-                    + chords
-                )
-                if last or error <= tolerance:
-                    return polygon, error
+            is_last = gap <= 2 * _SAG or pieces + 3 * len(sweep.starts) > most
+            if is_last or gap + chords <= tolerance:
+                return polygon, gap + chords
             doubtful = np.ones(len(sweep.starts), dtype=bool)
-        elif pieces + 3 * doubtful.sum() > most:
-            return None
         pieces += 3 * int(doubtful.sum())
         sweep = sweep.cut(doubtful, coefficients)
+
+
+def _may_leave_cone(
+    sweep: _Sweep, sign: float, outer: FloatArray
+) -> npt.NDArray[np.bool_]:
+    """Return whether sign·v may leave the cone of some extreme rays along each piece."""
+    # Upright all along, v adds nothing to the horizon, as on red.
+    leans = sweep.v0[:, :2].any(axis=1) | sweep.v1[:, :2].any(axis=1)
+    out = (sweep.across > 0) | ((sweep.level > 0) & leans)
+    if len(outer) < 3:
+        return np.asarray(out)
+    some = outer[:: -(-len(outer) // _SIDES)]  # by the normals of their sides
+    normals = np.cross(some, np.roll(some, -1, axis=0)).T
+    return np.asarray(out & sweep.may_leave(sign, normals))
 
 
 def _inside(rays: FloatArray) -> FloatArray | None:

@@ -85,11 +85,9 @@ class Robustness:
     @property
     def name(self) -> str:
         """Name of the gait in texts, such as "the gait itself" or "biased by 0.8"."""
-        return (
-            "the gait itself"
-            if self.scaling == "none"
-            else f"{self.scaling} by {self.factor:g}"
-        )
+        if self.scaling == "none":
+            return "the gait itself"
+        return f"{self.scaling} by {self.factor:g}"
 
     @property
     def verdict(self) -> str:
@@ -105,11 +103,9 @@ class Robustness:
     @property
     def _texts(self) -> tuple[str, str]:
         """The tilt margin and the acceptable fraction in words."""
-        margin = (
-            "none"
-            if self.tilt_margin is None
-            else f"{math.degrees(self.tilt_margin):.2f}°"
-        )
+        margin = "none"
+        if self.tilt_margin is not None:
+            margin = f"{math.degrees(self.tilt_margin):.2f}°"
         return margin, f"{100 * self.acceptable.fraction:.2f} %"
 
     def as_mapping(self) -> dict[str, Any]:
@@ -120,33 +116,25 @@ class Robustness:
             x, y, z = curve.normal.tolist()
             numbers = {"R_theta": 0.0 - x, "R_phi": y, "R": z, "kind": curve.kind}
             points = curve.points(_POINTS_OF_A_CURVE).tolist()
-            curves.append(
-                {
-                    **place.as_mapping(),
-                    **numbers,
-                    "branches": [points] if points else [],
-                }
-            )
+            branches = [points] if points else []
+            curves.append({**place.as_mapping(), **numbers, "branches": branches})
+        head: dict[str, Any] = {}
+        if self.scaling != "none":
+            head = {"eta": self.factor, "scaling": self.scaling}
+        direction = self.direction
+        outline = shapely.get_coordinates(acceptable.polygon.simplify(1e-3))
         return {
-            **(
-                {}
-                if self.scaling == "none"
-                else {"eta": self.factor, "scaling": self.scaling}
-            ),
+            **head,
             "tilt_margin_deg": None if margin is None else math.degrees(margin),
             "tilt_margin_reason": self.margin.reason or None,
             "tilt_margin_where": self.where.as_mapping(),
-            "nearest_singular_attitude": None
-            if self.direction is None
-            else list(self.direction),
+            "nearest_singular_attitude": None if direction is None else [*direction],
             "verdict": self.verdict,
             "acceptable_fraction": acceptable.fraction,
             "acceptable_fraction_error": acceptable.error,
             "acceptable_reason": acceptable.reason or None,
             "acceptable_area": float(acceptable.polygon.area),
-            "acceptable_outline": shapely.get_coordinates(
-                acceptable.polygon.simplify(1e-3)
-            )[:-1].tolist(),
+            "acceptable_outline": outline[:-1].tolist(),
             "tilt_deg": math.degrees(self.tilt),
             "least_singular_value": self.singular_value[1],
             "least_singular_value_at_least": self.singular_value[0],
@@ -213,25 +201,7 @@ def _details(one: Robustness) -> list[str]:
         lines = ["tilt margin 90° in every direction, as on the gait surfaces"]
     else:
         lines = [f"least tilt margin at {place}, towards {_attitude(one.direction)}"]
-    acceptable, error = one.acceptable, ""
-    if acceptable.reason:
-        lines.append(f"no acceptable attitudes around level: {acceptable.reason}")
-    else:
-        if acceptable.error:
-            unit = 10.0 ** math.floor(math.log10(100 * acceptable.error))
-            bound = (
-                math.ceil(100 * acceptable.error / unit) * unit
-            )  # one digit, rounded up
-            unmet = (
-                ""
-                if acceptable.met
-                else f"; the requested {100 * acceptable.tolerance:g} % is not reached"
-            )
-            error = f" (error below {bound:.1g} %{unmet})"
-        area = f"{acceptable.polygon.area:.4f} rad²"
-        lines.append(
-            f"acceptable around level: {one._texts[1]} of attitudes{error}, {area}"
-        )
+    lines.append(_acceptable_in_words(one))
     lower, upper = one.singular_value
     if upper == 0:
         return [
@@ -244,6 +214,21 @@ def _details(one: Robustness) -> list[str]:
         *lines,
         f"least singular value {upper:.4f} (proven lower bound {proven:.4f}) at {worst}",
     ]
+
+
+def _acceptable_in_words(one: Robustness) -> str:
+    acceptable, error = one.acceptable, ""
+    if acceptable.reason:
+        return f"no acceptable attitudes around level: {acceptable.reason}"
+    if acceptable.error:
+        unit = 10.0 ** math.floor(math.log10(100 * acceptable.error))
+        bound = math.ceil(100 * acceptable.error / unit) * unit  # one digit, rounded up
+        error = f" (error below {bound:.1g} %)"
+        if not acceptable.met:
+            requested = f"the requested {100 * acceptable.tolerance:g} %"
+            error = f" (error below {bound:.1g} %; {requested} is not reached)"
+    area = f"{acceptable.polygon.area:.4f} rad²"
+    return f"acceptable around level: {one._texts[1]} of attitudes{error}, {area}"
 
 
 def _attitude(pair: tuple[float, float]) -> str:
@@ -309,50 +294,76 @@ def robustness_of(
         rounding = _angle_error(segments.alpha, numbers)
     else:
         rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
-    found: list[Robustness] = []
+    asked = _Asked(
+        vehicle=body,
+        coefficients=numbers,
+        tilt=tilt,
+        tolerance=tolerance,
+        rounding=rounding,
+        curves=curves,
+    )
+    found = []
     for scaling, factor in [*factors, ("none", 1.0)]:
         if progress is not None:
-            progress(
-                "the gait itself"
-                if scaling == "none"
-                else f"the gait {scaling} by {factor:g}"
-            )
-        first_two = 1.0 if scaling == "biased" else factor
-        of_each = np.array([first_two, first_two, factor, factor])
-        moved = replace(segments, alpha=segments.alpha * of_each)
-        margin = least_tilt_margin(moved.alpha, numbers, angle_rounding=rounding)
-        where = moved.place(margin.segment, margin.fraction)
-        nearest = nearest_singular_attitude(where.alpha, numbers)
-        direction = (
-            None
-            if np.isnan(nearest).any() or not margin.exists
-            else (float(nearest[0]), float(nearest[1]))
-        )
-        value, singular_where, attitude = (0.0, 0.0), where, direction or (0.0, 0.0)
-        if margin.exists and margin.upper > tilt:
-            value, singular_where, attitude = _least_singular_value(moved, tilt, body)
-        found.append(
-            Robustness(
-                scaling=scaling,
-                factor=factor,
-                margin=margin,
-                where=where,
-                direction=direction,
-                acceptable=acceptable_attitudes(
-                    moved.starts, numbers, tolerance=tolerance, angle_rounding=rounding
-                ),
-                tilt=tilt,
-                singular_value=value,
-                singular_where=singular_where,
-                singular_attitude=attitude,
-                curves=tuple(
-                    (at, singular_curve(at.alpha, numbers, angle_rounding=rounding))
-                    for at in _spread(moved, curves)
-                ),
-            )
-        )
+            words = "itself" if scaling == "none" else f"{scaling} by {factor:g}"
+            progress(f"the gait {words}")
+        found.append(_robustness_of_one(segments, scaling, factor, asked))
+    *sweep, itself = found
     return RobustnessReport(
-        gait=found[-1], sweep=tuple(found[:-1]), vehicle=body, coefficients=numbers
+        gait=itself, sweep=tuple(sweep), vehicle=body, coefficients=numbers
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Asked:
+    """What is asked of each gait: the arguments of :func:`robustness_of`, checked."""
+
+    vehicle: Vehicle
+    coefficients: Coefficients
+    tilt: float
+    tolerance: float
+    rounding: float
+    curves: int
+
+
+def _robustness_of_one(
+    segments: Segments, scaling: Scaling, factor: float, asked: _Asked
+) -> Robustness:
+    """Return how robust the gait along some segments is when it is scaled."""
+    numbers, rounding = asked.coefficients, asked.rounding
+    first_two = 1.0 if scaling == "biased" else factor
+    of_each = np.array([first_two, first_two, factor, factor])
+    moved = replace(segments, alpha=segments.alpha * of_each)
+    margin = least_tilt_margin(moved.alpha, numbers, angle_rounding=rounding)
+    where = moved.place(margin.segment, margin.fraction)
+    direction = None
+    roll, pitch = nearest_singular_attitude(where.alpha, numbers).tolist()
+    if margin.exists and not math.isnan(roll + pitch):
+        direction = roll, pitch
+    value, singular_where, attitude = (0.0, 0.0), where, direction or (0.0, 0.0)
+    if margin.exists and margin.upper > asked.tilt:
+        value, singular_where, attitude = _least_singular_value(
+            moved, asked.tilt, asked.vehicle
+        )
+    acceptable = acceptable_attitudes(
+        moved.starts, numbers, tolerance=asked.tolerance, angle_rounding=rounding
+    )
+    curves = [
+        (at, singular_curve(at.alpha, numbers, angle_rounding=rounding))
+        for at in _spread(moved, asked.curves)
+    ]
+    return Robustness(
+        scaling=scaling,
+        factor=factor,
+        margin=margin,
+        where=where,
+        direction=direction,
+        acceptable=acceptable,
+        tilt=asked.tilt,
+        singular_value=value,
+        singular_where=singular_where,
+        singular_attitude=attitude,
+        curves=tuple(curves),
     )
 
 
