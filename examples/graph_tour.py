@@ -57,7 +57,7 @@ print(nx.dijkstra_path(flyable, "012 002 red", "010 006 red", weight="length"))
 graph.remove_nodes_from(["012 006 red", "012 006 blue"])
 gg.validate_graph(graph)
 walk = gg.graph.closed_walk(
-    graph, [["014 006 red"], ["010 006 red"], ["012 002 red"]], use="flyable"
+    graph, [["014 006 red"], ["010 006 red"], ["012 002 red"]], require="flyable"
 )
 assert isinstance(walk, ClosedWalk)  # otherwise it names the leg that blocks it
 gait = gait_along(graph, walk.nodes).merged()
@@ -72,6 +72,6 @@ text = "\n".join(nx.generate_graphml(graph))
 again = nx.parse_graphml(text)
 gg.validate_graph(again)
 same = gg.graph.closed_walk(
-    again, [["014 006 red"], ["010 006 red"], ["012 002 red"]], use="flyable"
+    again, [["014 006 red"], ["010 006 red"], ["012 002 red"]], require="flyable"
 )
 print("the walk is the same:", same == walk)

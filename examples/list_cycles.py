@@ -21,7 +21,7 @@ square = [
 # The graph of a region, R < 0. Cycles come one by one, the shortest first, each with its verdict.
 
 region = gg.surface_graph("negative", zones=gg.surface.Zones(keep_in=[square]))
-found = gg.cycles(region, use="flyable", max_length=0.8)
+found = gg.cycles(region, require="flyable", max_length=0.8)
 ax = plots.singular_value_map()
 for cycle in islice(found, 3):
     print(cycle)

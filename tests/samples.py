@@ -18,6 +18,8 @@ import gaitgraph as gg
 from gaitgraph.gait.gait import lift, paper_gait
 from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.planning.any_angle import prepared_region
+from gaitgraph.planning.branch import Branch
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.published import GAITS
 
@@ -26,8 +28,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.planning.planner import Loop, Plan
-    from gaitgraph.surface.region import Region
+    from gaitgraph.planning.loop import Loop
+    from gaitgraph.planning.planner import Plan
+    from gaitgraph.planning.request import PlanRequest
+    from gaitgraph.surface.region import Region, Requirement
+    from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.timing.timed_gait import TimedGait
 
 FloatArray = npt.NDArray[np.float64]
@@ -175,6 +180,14 @@ def visibility_graph(region: Any, points: set[tuple[float, float]]) -> nx.Graph[
     )
     graph.add_edges_from((a, b, {"length": math.dist(a, b)}) for a, b in lines)
     return graph
+
+
+def planning_region(
+    request: PlanRequest, color: Color, sign: Sign, require: Requirement
+) -> Region:
+    """Return the region in which loops of one color and sign of R are planned."""
+    branch = Branch(request=request, color=color, sign=sign, require=require)
+    return prepared_region(branch).region
 
 
 def replan_requests(

@@ -229,7 +229,11 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         {"sign": "positive", "color": "green"},
         "color must be one of red, blue, got 'green'",
     ),
-    (admissible_region, {"use": "fun"}, "use must be one of valid, flyable, got 'fun'"),
+    (
+        admissible_region,
+        {"require": "fun"},
+        "require must be one of valid, flyable, got 'fun'",
+    ),
     (admissible_region, {"floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
     (
         hover_region().contains,
@@ -317,8 +321,8 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     ),
     (
         cycles_of,
-        {"use": "fly"},
-        "use must be one of flyable, valid, two_color, got 'fly'",
+        {"require": "fly"},
+        "require must be one of flyable, valid, two_color, got 'fly'",
     ),
     # plans
     (plan, {"waypoints": []}, "waypoints must be …, got []"),

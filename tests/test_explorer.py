@@ -239,7 +239,7 @@ class TestPlan:
         assert set(empty) == set(none) == set(planned)
         assert (empty["status"], none["status"]) == ("empty", "infeasible")
         assert "no flyable loop" in none["reason"]
-        assert none["obstacles"][0]["nearest"]
+        assert none["refusals"][0]["nearest"]
         assert empty["series"] is none["series"] is planned["posture"] is None
 
     @pytest.mark.parametrize(

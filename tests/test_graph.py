@@ -505,15 +505,17 @@ def test_the_graph_leaves_python_and_comes_back(
 
 def cycles_of(graph: nx.Graph[Any], use: Any) -> list[Any]:
     """The first cycles with all that is said of them, and the verdicts of the first one's report."""
-    found = list(itertools.islice(gg.cycles(graph, use=use), 20))
+    found = list(itertools.islice(gg.cycles(graph, require=use), 20))
     told: list[Any] = [(cycle.nodes, str(cycle), cycle.as_mapping()) for cycle in found]
     return [*told, *(str(cycle.report) for cycle in found[:1])]
 
 
 def walk_of(graph: nx.Graph[Any], stops: list[str], use: Any) -> list[Any]:
-    walk = closed_walk(graph, [[stop] for stop in stops], use=use)
-    robust = closed_walk(graph, [[stop] for stop in stops], use=use, objective="robust")
-    return [walk, robust, best_order(graph, stops, use=use)]
+    walk = closed_walk(graph, [[stop] for stop in stops], require=use)
+    robust = closed_walk(
+        graph, [[stop] for stop in stops], require=use, objective="robust"
+    )
+    return [walk, robust, best_order(graph, stops, require=use)]
 
 
 def routes_of(graph: nx.Graph[Any]) -> list[Any]:

@@ -122,7 +122,7 @@ def test_every_cycle_once_in_the_total_order(
     joined.add_nodes_from(range(number))
     for pair, length in edges.items():
         joined.add_edge(*pair, length=float(length), least_singular_value=0.0)
-    found = list(cycles(joined, use="two_color", max_length=most))
+    found = list(cycles(joined, require="two_color", max_length=most))
     expected = brute_items(edges)
     if most is not None:
         expected = [item for item in expected if item[0] <= most]
@@ -139,7 +139,7 @@ def test_every_cycle_once_in_the_total_order(
 def test_against_all_paths(sign: Any, divisions: int, use: Any) -> None:
     graph = surface_graph(sign, divisions=divisions, floor=0.02)
     longest = SHORT * 8 / divisions
-    found = items_of(graph, cycles(graph, use=use, max_length=longest))
+    found = items_of(graph, cycles(graph, require=use, max_length=longest))
     assert found == walked_items(edges_of(graph, use), longest * 1e12 + 1000)
     assert len(found) > 5 or use == "flyable"
 
@@ -150,7 +150,7 @@ def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
     graph = surface_graph(
         "negative", divisions=8, waypoints=[(0.5, -0.6), (1.2, -0.7), (-0.2, 0.5)]
     )
-    found = items_of(graph, cycles(graph, use=use, max_length=1.8))
+    found = items_of(graph, cycles(graph, require=use, max_length=1.8))
     assert found == walked_items(edges_of(graph, use), 1.8e12 + 1000)
     assert len({length for length, _ in found}) > 30
     fine = surface_graph("negative", divisions=16)
@@ -158,7 +158,7 @@ def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
     assert above
     first = next(
         cycle
-        for cycle in cycles(fine, use="two_color")
+        for cycle in cycles(fine, require="two_color")
         if set(above[0]) < set(cycle.nodes)
     )
     assert first.length == pytest.approx(2 * math.pi / 16)
@@ -198,11 +198,13 @@ def test_max_length_includes_cycles_of_that_length() -> None:
     """Four diagonals: rounding each to 1e-12 rad makes the sum longer than the number itself."""
     graph = surface_graph("negative")
     most = math.sqrt(2) * math.pi / 4
-    lengths = [cycle.length for cycle in cycles(graph, max_length=most, use="flyable")]
+    lengths = [
+        cycle.length for cycle in cycles(graph, max_length=most, require="flyable")
+    ]
     assert lengths[-1] == pytest.approx(most, abs=1e-11)
     assert all(
         cycle.length < most - 1e-6
-        for cycle in cycles(graph, max_length=most - 1e-6, use="flyable")
+        for cycle in cycles(graph, max_length=most - 1e-6, require="flyable")
     )
     assert list(cycles(graph, max_length=0)) == []
 
@@ -230,7 +232,7 @@ def test_edges_and_report_agree(
     sign: Any, use: Any, divisions: int, waypoints: Any
 ) -> None:
     graph = surface_graph(sign, divisions=divisions, waypoints=waypoints)
-    found = list(islice(cycles(graph, use=use), 1000))
+    found = list(islice(cycles(graph, require=use), 1000))
     place = {
         name: (data["alpha1"], data["alpha2"]) for name, data in graph.nodes(data=True)
     }
@@ -239,7 +241,7 @@ def test_edges_and_report_agree(
         for name in graph
         if any(math.dist(place[name], point) < 0.4 for point in waypoints)
     ]
-    found += islice(cycles(graph.subgraph(near), use=use), 500)
+    found += islice(cycles(graph.subgraph(near), require=use), 500)
     for cycle in found[:: max(1, len(found) // 6)]:
         report, told = cycle.report, cycle.as_mapping()
         for name in ("valid", "two_color", "flyable", "reachable_from_hover"):
@@ -256,7 +258,7 @@ def test_edges_and_report_agree(
 
 
 def test_a_cycle_is_plain_values_and_pickles() -> None:
-    cycle = next(cycles(surface_graph("negative"), use="flyable"))
+    cycle = next(cycles(surface_graph("negative"), require="flyable"))
     told = json.loads(json.dumps(cycle.as_mapping(), allow_nan=False))
     assert set(told) == set(
         "color sign path types colors length valid two_color flyable reachable_from_hover least_singular_value".split()

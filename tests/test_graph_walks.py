@@ -84,7 +84,7 @@ def test_shortest_against_brute_force(sign: Any, use: Any, seed: int) -> None:
     chosen = [places[k] for k in rng.choice(len(places), 3, replace=False)]
     chosen += [tuple(point) for point in points.tolist() if tuple(point) in by_place]
     stops = [by_place[place] for place in chosen]
-    walk = closed_walk(graph, stops, use=use)
+    walk = closed_walk(graph, stops, require=use)
     expected = brute_length(graph, stops, use)
     if isinstance(walk, Blocked):
         assert math.isinf(expected)
@@ -104,7 +104,7 @@ def test_robust_against_brute_force(seed: int) -> None:
         name for name, data in graph.nodes(data=True) if data["color"] == "red"
     )
     stops = [[names[k]] for k in rng.choice(len(names), 3, replace=False)]
-    walk = closed_walk(graph, stops, use="valid", objective="robust")
+    walk = closed_walk(graph, stops, require="valid", objective="robust")
     width = brute_width(graph, stops, "valid")
     if isinstance(walk, Blocked):
         assert math.isinf(width)

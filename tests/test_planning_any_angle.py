@@ -17,14 +17,15 @@ from scipy.spatial import ConvexHull
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
-from gaitgraph.planning.any_angle import region_of, straight_loop_holds
-from gaitgraph.planning.refusal import Branch
+from gaitgraph.planning.any_angle import straight_loop_holds
+from gaitgraph.planning.branch import Branch
 from gaitgraph.planning.request import PlanRequest, plan_request
 from tests.published import GAITS
-from tests.samples import along, loop_of, visibility_graph
+from tests.samples import along, loop_of, planning_region, visibility_graph
 
 if TYPE_CHECKING:
-    from gaitgraph.planning.planner import Loop, Plan
+    from gaitgraph.planning.loop import Loop
+    from gaitgraph.planning.planner import Plan
 
 Point = tuple[float, float]
 G1, G2, G3, G4 = GAITS
@@ -46,7 +47,7 @@ def exact(waypoints: Any, **request: Any) -> Plan:
 
 def straight_loop_flies(request: PlanRequest, sign: Any) -> bool:
     return straight_loop_holds(
-        Branch(request=request, color="red", sign=sign), "flyable"
+        Branch(request=request, color="red", sign=sign, require="flyable")
     )
 
 
@@ -99,7 +100,9 @@ def some_request(
         "accuracy": 1e-3,
         "floor": 0.3,
     }
-    free = region_of(plan_request([(0, 0)], **asked), "red", sign, "flyable").inner
+    free = planning_region(
+        plan_request([(0, 0)], **asked), "red", sign, "flyable"
+    ).inner
     center = np.array(free.centroid.coords[0])
     while True:
         asked["keep_out"] = [
@@ -113,7 +116,7 @@ def some_request(
             ]
             corner: Any = shapely.affinity.translate(shapely.union_all(arms), *center)
             asked["keep_in"] = [list(corner.exterior.coords[:-1])]
-        region = region_of(
+        region = planning_region(
             plan_request([(0, 0)], **asked), "red", sign, "flyable"
         ).inner
         part = max(region.geoms, key=lambda polygon: polygon.area)
@@ -177,7 +180,7 @@ def test_shortest_of_all_in_the_region(
     loop, points, region = (
         loop_of(plan),
         asked["waypoints"],
-        region_of(plan.request, "red", sign, "flyable"),
+        planning_region(plan.request, "red", sign, "flyable"),
     )
     assert plan.report.flyable
     expected = shortest(visibility(region.inner, points), points)
@@ -290,7 +293,7 @@ def test_any_order_is_the_best_of_all(seed: int, number: int) -> None:
     }
     points, plan = asked["waypoints"], exact(**asked)
     graph = visibility(
-        region_of(plan.request, "red", "negative", "flyable").inner, points
+        planning_region(plan.request, "red", "negative", "flyable").inner, points
     )
     ways = {
         a: nx.single_source_dijkstra_path_length(graph, a, weight="length")
@@ -413,7 +416,7 @@ def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
     for seed in range(3):
         asked = some_request(62 + seed, "exact", "negative")
         walls = [shapely.Polygon(polygon).exterior for polygon in asked["keep_out"]]
-        region = region_of(plan_request(**asked), "red", "negative", "flyable")
+        region = planning_region(plan_request(**asked), "red", "negative", "flyable")
         edges: list[Point] = []
         while len(edges) < 5:
             # Rounding leaves such a point a little inside the keep-out, or a little outside.
@@ -480,7 +483,7 @@ def test_a_blue_loop_bends_within_the_sign_that_rounding_leaves() -> None:
         True,
         False,
     )
-    region = region_of(plan.request, "blue", "negative", "valid").inner
+    region = planning_region(plan.request, "blue", "negative", "valid").inner
     assert loop.length == pytest.approx(
         shortest(visibility(region, points), points), abs=1e-9
     )
@@ -508,20 +511,20 @@ def test_a_waypoint_where_no_loop_may_be_is_told_with_the_nearest_place(
 ) -> None:
     asked: dict[str, Any] = {"color": "red", "accuracy": 1e-4, **request_}
     plan = exact([point], **asked)
-    (obstacle,) = plan.obstacles
-    assert (obstacle.kind, obstacle.waypoints) == ("waypoint", (1,))
-    assert told in obstacle.message
-    assert obstacle.nearest is not None
+    (refusal,) = plan.refusals
+    assert (refusal.kind, refusal.waypoints) == ("waypoint", (1,))
+    assert told in refusal.message
+    assert refusal.nearest is not None
     # It may be passed, as it is told too, and nothing nearer may: the region's rings and a disc around the point tell.
     spoken = re.search(
         r"the nearest admissible point is \((\S+), (\S+)\)", str(plan.reason)
     )
     assert spoken is not None
-    for passed in (obstacle.nearest, (float(spoken[1]), float(spoken[2]))):
+    for passed in (refusal.nearest, (float(spoken[1]), float(spoken[2]))):
         assert exact([passed], **asked)
-        assert passed == pytest.approx(obstacle.nearest, abs=5e-5)
-    away = math.dist(obstacle.nearest, point)
-    region = region_of(plan.request, "red", asked["sign"], "valid").inner
+        assert passed == pytest.approx(refusal.nearest, abs=5e-5)
+    away = math.dist(refusal.nearest, point)
+    region = planning_region(plan.request, "red", asked["sign"], "valid").inner
     dense = shapely.get_coordinates(shapely.segmentize(region, 1e-3))
     assert np.hypot(*(dense - point).T).min() >= away - 1e-12
     turns = np.linspace(0, 2 * pi, 721)[:-1]
@@ -537,8 +540,8 @@ def test_polygons_that_contradict_each_other_leave_nothing() -> None:
     plan = exact(
         [(0.8, -0.4)], color="red", sign="negative", keep_in=[WALL], keep_out=[around]
     )
-    (obstacle,) = plan.obstacles
-    assert (obstacle.kind, obstacle.nearest, "nearest" in str(plan.reason)) == (
+    (refusal,) = plan.refusals
+    assert (refusal.kind, refusal.nearest, "nearest" in str(plan.reason)) == (
         "waypoint",
         None,
         False,

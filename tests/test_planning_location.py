@@ -19,8 +19,8 @@ def test_a_wall_separates_what_is_joined_without_it() -> None:
     )
     assert free
     assert not walled
-    assert {place.part for place in free.regions[0].waypoints} == {1}
-    assert {place.part for place in walled.regions[0].waypoints} == {1, 2}
+    assert set(free.regions[0].parts) == {1}
+    assert set(walled.regions[0].parts) == {1, 2}
     assert "no loop can join them" in str(walled)
 
 
@@ -39,7 +39,7 @@ def test_what_is_joined_can_be_planned_and_what_is_not_cannot() -> None:
 def test_the_command(run: Any, tmp_path: Any) -> None:
     out = run("region", "--waypoint", "-0.4,0.4", "--waypoint", "0.5,0.5", "--json")
     content = out.json
-    assert (out.code, content["use"]) == (1, "flyable")
+    assert (out.code, content["require"]) == (1, "flyable")
     assert [region["sign"] for region in content["regions"]] == ["positive", "negative"]
     first = content["regions"][0]
     assert [waypoint["part"] for waypoint in first["waypoints"]] == [1, None]
@@ -57,7 +57,7 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
         run(
             "region",
             str(request),
-            "--use",
+            "--require",
             "valid",
             "--floor",
             "0.3",
@@ -93,7 +93,7 @@ def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> N
     zones: dict[str, Any] = {"keep_in": fence, "keep_out": blocks}
     found = gg.location_of(points, sign="positive", **zones)
     assert found
-    assert {place.part for place in found.regions[0].waypoints} == {1, 2}
+    assert set(found.regions[0].parts) == {1, 2}
     objectives: tuple[Literal["shortest", "robust"], ...] = ("shortest", "robust")
     for objective in objectives:
         plan = gg.plan_loop(

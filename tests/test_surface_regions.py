@@ -423,7 +423,7 @@ def test_the_border_of_every_component_is_a_flyable_gait(vehicle: Vehicle) -> No
 def test_the_border_of_every_valid_component_is_a_valid_gait(kind: Any) -> None:
     coefficients = coefficients_of(kind=kind)
     for part in admissible_region(
-        use="valid", coefficients=coefficients, accuracy=1e-3
+        require="valid", coefficients=coefficients, accuracy=1e-3
     ).components:
         assert check_gait(
             lift(

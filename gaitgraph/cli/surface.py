@@ -184,7 +184,7 @@ def cycles_command(
         print_problem(f"warning: {note}")
     with Working("building the graph") as progress:
         found = grid_cycles(
-            request, max_length=max_length, use=require, progress=progress
+            request, max_length=max_length, require=require, progress=progress
         )
     listed = 0
     while True:
@@ -211,11 +211,10 @@ def cycles_command(
     "The admissible regions, and in which part of them waypoints lie.",
     "request_file waypoints",
     one_of(
-        "--use",
+        "--require",
         "flyable",
         "valid",
         of="Region where a gait can fly, or where R has the sign: ",
-        check=True,
     ),
     one_of("--color", "red", "blue"),
     "sign floor accuracy keep_in keep_out",
@@ -230,7 +229,6 @@ def cycles_command(
 )
 def region_command(
     request_file: str | None = None,
-    use: Any = "flyable",
     outputs: Paths = (),
     force: bool = False,
     **given: Any,
@@ -240,7 +238,7 @@ def region_command(
     A waypoint in none gets the reason and the nearest admissible point. The exit code is 1 if no part holds all
     waypoints, so that no closed gait passes them, or if there is no part.
     """
-    from gaitgraph.planning.any_angle import located
+    from gaitgraph.planning.location import located
     from gaitgraph.plots.axes import check_pictures
     from gaitgraph.plots.gaits import write_regions
 
@@ -253,7 +251,7 @@ def region_command(
     for note in request.notes:
         print_problem(f"warning: {note}")
     with Working("computing the region"):
-        found = located(request, use=use)
+        found = located(request)
         if outputs:
             write_regions(found, request.vehicle, outputs, force=force)
     return show(

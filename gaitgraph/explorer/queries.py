@@ -55,7 +55,8 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.planning.planner import Loop, Plan
+    from gaitgraph.planning.loop import Loop
+    from gaitgraph.planning.planner import Plan
     from gaitgraph.robustness.biased import Robustness
     from gaitgraph.validation.report import Report
 
@@ -212,7 +213,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     ``status`` is "empty", "infeasible" or "planned". Without a gait the view is of one ``posture``: that of the first
     waypoint, or upright. Angles are exact in ``corners`` and ``vertices``, and rounded to 1e-6 rad elsewhere.
     """
-    lists = "checks warnings waypoints obstacles corners types colors path vertices alternatives"
+    lists = "checks warnings waypoints refusals corners types colors path vertices alternatives"
     answer: dict[str, Any] = {
         "status": "empty",
         **dict.fromkeys(
@@ -231,7 +232,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "reason": result.reason,
         "advice": result.advice,
         "waypoints": result.waypoints,
-        "obstacles": [asdict(obstacle) for obstacle in result.obstacles],
+        "refusals": [asdict(refusal) for refusal in result.refusals],
         "warnings": list(result.warnings),
         "alternatives": [
             _outline(loop)

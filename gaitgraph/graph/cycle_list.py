@@ -24,7 +24,7 @@ from gaitgraph.graph.walks import (
     QUANTA_PER_RADIAN,
     Allowed,
     ClosedWalk,
-    Use,
+    EdgeRequirement,
     allowed_edges,
     quanta_of,
     usable_graph,
@@ -135,7 +135,10 @@ class Cycle(ClosedWalk):
 
 
 def cycles(
-    graph: nx.Graph[Any], *, max_length: float | None = None, use: Use = "valid"
+    graph: nx.Graph[Any],
+    *,
+    max_length: float | None = None,
+    require: EdgeRequirement = "valid",
 ) -> Iterator[Cycle]:
     """Return a lazy iterator over the simple closed cycles of a surface graph, in order of length, each once.
 
@@ -146,7 +149,7 @@ def cycles(
         ContractError if its metadata are missing.
     max_length
         Length of the longest cycles [rad], with 1e-9 rad for rounding. None: no limit.
-    use
+    require
         Which edges count: "flyable", "valid" (on one sheet, R of one sign) or "two_color" (all).
 
     Notes
@@ -174,7 +177,7 @@ def cycles(
             "max_length", max_length, "a finite number ≥ 0 (rad) or None"
         )
         most = quanta_of(longest) + _ROUNDING
-    return _cycles_up_to(most, graph.copy(), allowed_edges(use))
+    return _cycles_up_to(most, graph.copy(), allowed_edges(require))
 
 
 def _cycles_up_to(

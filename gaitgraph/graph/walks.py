@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.forms import FloatArray
 
-Use = Literal["flyable", "valid", "two_color"]
+EdgeRequirement = Literal["flyable", "valid", "two_color"]
 Allowed = Callable[[Mapping[str, Any]], bool]
 
 QUANTA_PER_RADIAN = 1e12
@@ -38,9 +38,9 @@ _ALLOWED: dict[str, Allowed] = {
 }
 
 
-def allowed_edges(use: object) -> Allowed:
-    """Return which edges a use allows, as a predicate on their attributes; InputError for an unknown use."""
-    return _ALLOWED[checked_choice("use", use, _ALLOWED)]
+def allowed_edges(require: object) -> Allowed:
+    """Return which edges count, as a predicate on their attributes; InputError for an unknown word."""
+    return _ALLOWED[checked_choice("require", require, _ALLOWED)]
 
 
 def quanta_of(length: float) -> int:
@@ -94,7 +94,7 @@ def closed_walk(
     graph: nx.Graph[Any],
     stops: Sequence[Sequence[Any]],
     *,
-    use: Use = "valid",
+    require: EdgeRequirement = "valid",
     objective: Literal["shortest", "robust"] = "shortest",
 ) -> ClosedWalk | Blocked:
     """Return the best closed walk through ordered stops and back to the first, or which leg blocks it.
@@ -107,7 +107,7 @@ def closed_walk(
         A surface graph that keeps the contract of :mod:`gaitgraph.graph.build`.
     stops
         For each waypoint, in order, the nodes that may serve it; each at least one.
-    use
+    require
         Which edges count: "flyable", "valid" (on one sheet, R of one sign) or "two_color" (all).
     objective
         "shortest" in the (α1, α2) plane, or "robust": the best worst case of the edges' least singular value, then the
@@ -123,7 +123,7 @@ def closed_walk(
     """
     import networkx as nx
 
-    usable = usable_graph(graph, allowed_edges(use))
+    usable = usable_graph(graph, allowed_edges(require))
     if objective == "robust":
         least = _best_worst_case(usable, stops)
         values = nx.get_edge_attributes(usable, "least_singular_value")
@@ -239,7 +239,7 @@ class _Paths:
 
 
 def best_order(
-    graph: nx.Graph[Any], stops: Sequence[Any], *, use: Use = "valid"
+    graph: nx.Graph[Any], stops: Sequence[Any], *, require: EdgeRequirement = "valid"
 ) -> tuple[int, ...] | None:
     """Return the order of stops with a short closed walk, the shortest up to nine stops; None if there is none.
 
@@ -250,7 +250,7 @@ def best_order(
     >>> best_order(surface_graph("negative"), [f"{i:03} {j:03} red" for i, j in corners])
     (0, 2, 1, 3)
     """
-    paths = _Paths(graph, usable_graph(graph, allowed_edges(use)))
+    paths = _Paths(graph, usable_graph(graph, allowed_edges(require)))
     return shortest_order(len(stops), lambda a, b: paths.length(stops[a], stops[b]))
 
 

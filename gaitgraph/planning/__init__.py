@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.planning.any_angle import location_of as location_of
+    from gaitgraph.planning.location import location_of as location_of
     from gaitgraph.planning.planner import Plan as Plan, plan_loop as plan_loop
     from gaitgraph.planning.replanning import Replan as Replan, Replanner as Replanner
     from gaitgraph.planning.request import (
@@ -23,7 +23,7 @@ else:
     __getattr__, __dir__ = lazy_names(
         __name__,
         {
-            "gaitgraph.planning.any_angle": ["location_of"],
+            "gaitgraph.planning.location": ["location_of"],
             "gaitgraph.planning.planner": ["Plan", "plan_loop"],
             "gaitgraph.planning.replanning": ["Replan", "Replanner"],
             "gaitgraph.planning.request": ["PlanRequest", "plan_request"],

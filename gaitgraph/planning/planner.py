@@ -1,45 +1,47 @@
-"""Plan a gait: search loops for each color and sign of R, check them as any gait, and return the best one.
+"""Plan a gait: search a loop for each color and sign of R, check them as any gait, and return the best one.
 
 A plan returns a flyable loop, or with ``require="valid"`` the best that obeys the paper's rules: flyable first, then
-valid, then by the objective. The other loops are alternatives, with their verdicts. If there is none, the plan lists
-the obstacles.
+valid, then by the objective. The other loops are alternatives, with their verdicts. If there is none, the plan says why.
+
+:func:`plan` leads from a :class:`~gaitgraph.planning.request.PlanRequest` by its branches
+(:mod:`~gaitgraph.planning.branch`) to the searches, :mod:`~gaitgraph.planning.any_angle` in a region or
+:mod:`~gaitgraph.planning.grid` on a graph; what they find is a :class:`~gaitgraph.planning.loop.Loop`.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field, replace
-from functools import cache, cached_property
-from itertools import groupby
+from dataclasses import asdict, dataclass, replace
+from functools import cache, partial
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import shapely
 
 from gaitgraph.errors import Advice, Infeasible
 from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.pictured import Pictured
-from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
-from gaitgraph.planning.grid import grid_paths, request_graph
-from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
+from gaitgraph.planning.any_angle import any_angle_loop, with_nearest
+from gaitgraph.planning.branch import Refusal, branches_of
+from gaitgraph.planning.grid import grid_loop, request_graph
 from gaitgraph.planning.request import PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
-from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import verdict_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
-    import networkx as nx
-
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.planning.request import Method, Objective, Point, Requirement
-    from gaitgraph.surface.region import Points
-    from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
+    from gaitgraph.planning.loop import Loop
+    from gaitgraph.planning.request import Method, Objective, Point
+    from gaitgraph.surface.region import Points, Requirement
+    from gaitgraph.surface.sheets import ColorChoice, SignChoice
     from gaitgraph.timing.laws import LawName
+    from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import VehicleLike
 
@@ -55,7 +57,7 @@ _NO_LOOP: dict[str, Any] = {
         name: []
         for name in (
             "warnings",
-            "obstacles",
+            "refusals",
             "crossing_tolerance",
             "method",
             "request",
@@ -73,92 +75,12 @@ _APPROXIMATE = (
 _POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Loop:
-    """One closed loop on the surface with its verdict.
-
-    `path` is a gait through every node that the loop passes, the first not repeated; `order` has the waypoints of the
-    `request`, counted from 0, in the order in which the loop visits them. `lower_bound`, of an any-angle loop, is a
-    lower bound of the length of all loops through these waypoints in this order, in the required region [rad]. With
-    `any_order` no other order makes a shorter loop if `order_exact`; otherwise the order is approximate.
-    """
-
-    path: Gait
-    sign: Sign
-    order: tuple[int, ...]
-    request: PlanRequest
-    lower_bound: float | None
-    judged: tuple[Gait, Report] | None = field(default=None, compare=False)
-
-    @cached_property
-    def gait(self) -> Gait:
-        """The same loop with straight runs merged."""
-        return self.judged[0] if self.judged else self.path.merged()
-
-    @cached_property
-    def report(self) -> Report:
-        """All checks, with those of tilt rates."""
-        report = (
-            self.judged[1] if self.judged else self.gait.check(floor=self.request.floor)
-        )
-        timed = TimedGait(
-            gait=self.gait, period=self.request.period, law=self.request.law, samples=1
-        )
-        return report.with_timing(timed)
-
-    @property
-    def color(self) -> str:
-        """The loop's color: "red" or "blue"."""
-        return str(self.gait.color)
-
-    @property
-    def length(self) -> float:
-        """Length in the (α1, α2) plane [rad]."""
-        return self.path.length
-
-    @property
-    def order_exact(self) -> bool:
-        """Whether the order is as requested, or the shortest of all that were tried: up to nine waypoints."""
-        return not self.request.any_order or len(self.order) <= MOST_ANY_ORDER
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return the loop as plain values, ready for JSON."""
-        return {
-            "color": self.color,
-            "sign": self.sign,
-            "method": self.request.method,
-            "path": self.path.alpha.tolist(),
-            "types": list(self.path.types),
-            "colors": list(self.path.colors),
-            "length": self.length,
-            "lower_bound": self.lower_bound,
-            "order_exact": self.order_exact,
-            "corners": self.gait.alpha.tolist(),
-            "vertices": self.path.vertices().tolist(),
-            **verdict_of(self.report),
-        }
-
-    @property
-    def _verdict(self) -> str:
-        if self.report.flyable:
-            return "flyable"
-        return (
-            "obeys the paper's rules, cannot fly"
-            if self.report.valid
-            else "breaks the paper's rules"
-        )
-
-    def __repr__(self) -> str:
-        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.gait.size_text}, {self._verdict}>"
-
-    def __str__(self) -> str:
-        broken = [
-            check.name.replace("_", " ")
-            for check in self.report.checks
-            if check.mark != "ok"
-        ]
-        why = "" if self.report.flyable else f" ({', '.join(broken)})"
-        return f"{self.color}, {RELATION[self.sign]}, {self.length:.4f} rad: {self._verdict}{why}"
+def _items(texts: Iterable[object]) -> list[str]:
+    """Return texts as items of a list, with lines that are not too long."""
+    return [
+        fill(str(text), _WIDTH, initial_indent="  ", subsequent_indent="    ")
+        for text in texts
+    ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,7 +90,7 @@ class Plan(Pictured):
     `reason` says why there is no loop, or why the chosen one is not flyable; None if it is. `advice` says how to ask for
     a loop that only obeys the paper's rules, where there is one and no flyable one; else it is None. `waypoints` are in the
     order in which the loop passes them [rad]. `alternatives` are other loops through the same waypoints, with their
-    verdicts: those that cannot fly only if there is no other, or if the request does not require it. `obstacles` has
+    verdicts: those that cannot fly only if there is no other, or if the request does not require it. `refusals` has
     one for each color and sign without a loop; without any loop the first is the one that the shortest moves of
     waypoints remove.
     """
@@ -178,7 +100,7 @@ class Plan(Pictured):
     reason: str | None
     waypoints: tuple[Point, ...]
     alternatives: tuple[Loop, ...] = ()
-    obstacles: tuple[Obstacle, ...] = ()
+    refusals: tuple[Refusal, ...] = ()
     warnings: tuple[str, ...] = ()
     advice: str | None = None
 
@@ -193,7 +115,8 @@ class Plan(Pictured):
     @property
     def _found(self) -> Loop:
         if self.loop is None:
-            raise Infeasible("; ".join(filter(None, (self.reason, self.advice))))
+            reasons = filter(None, (self.reason, self.advice))
+            raise Infeasible("; ".join(reasons))
         return self.loop
 
     @property
@@ -216,75 +139,69 @@ class Plan(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""
+        loop = {} if self.loop is None else self.loop.as_mapping()
         return {
             **_NO_LOOP,
-            **(self.loop.as_mapping() if self.loop else {}),
+            **loop,
             "status": self.status,
             "reason": self.reason,
             "advice": self.advice,
             "waypoints": [list(point) for point in self.waypoints],
             "alternatives": [other.as_mapping() for other in self.alternatives],
             "warnings": list(self.warnings),
-            "obstacles": [asdict(obstacle) for obstacle in self.obstacles],
+            "refusals": [asdict(refusal) for refusal in self.refusals],
             "crossing_tolerance": math.pi / (2 * self.request.divisions),
             "method": self.request.method,
             "request": self.request.as_mapping(),
         }
 
     def __str__(self) -> str:
-        def items(texts: Iterable[object]) -> list[str]:
-            return [
-                fill(str(text), _WIDTH, initial_indent="  ", subsequent_indent="    ")
-                for text in texts
-            ]
-
-        request, vehicle = self.request, self.request.vehicle
-        method = (
-            "any-angle method"
-            if request.method == "exact"
-            else f"grid of {request.divisions} divisions"
-        )
-        body = f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f})"
-        conditions = f"{body}, {request.coefficients} coefficients, {method}"
-        if self.loop is None:
-            what = "flyable gait" if request.require == "flyable" else "gait"
-            lines = [f"No {what} through these waypoints."]
-            if any(one.kind == "waypoint" for one in self.obstacles):
-                lines[0] += " All must be admissible with one color and sign of R:"
-            lines += items(dict.fromkeys(one.message for one in self.obstacles))
-            lines += [
-                *([f"F{self.advice[1:]}."] if self.advice else []),
-                conditions,
-            ]
-        else:
-            loop, report, corners = (
-                self.loop,
-                self.loop.report,
-                self.loop.gait.corner_lines,
-            )
-            head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.gait.size_text}"
-            lines = [
-                f"{head}, T = {request.period:g} s, {request.law}",
-                conditions,
-                "",
-                *corners,
-                "",
-            ]
-            if not loop.length:
-                lines[0] = f"{_POSTURE[0].upper()}{_POSTURE[1:]}"
-            lines += report.lines
+        lines = self._refusal_lines
+        said: list[str] = []
+        if self.loop is not None:
+            lines = self._loop_lines(self.loop)
+            said = [check.message for check in self.loop.report.checks]
         if self.alternatives:
-            lines += ["", "alternatives", *items(self.alternatives)]
+            lines += ["", "alternatives", *_items(self.alternatives)]
         # What is said above is not said again.
-        stated = (
-            {_POSTURE, *(check.message for check in self.loop.report.checks)}
-            if self.loop
-            else ()
-        )
-        shown = [
-            f"warning: {warning}" for warning in self.warnings if warning not in stated
+        warnings = [
+            f"warning: {warning}"
+            for warning in self.warnings
+            if warning not in (_POSTURE, *said)
         ]
-        return "\n".join([*lines, *([""] if shown else []), *shown])
+        if warnings:
+            lines += ["", *warnings]
+        return "\n".join(lines)
+
+    def _loop_lines(self, loop: Loop) -> list[str]:
+        head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.gait.size_text}, T = {self.request.period:g} s, "
+        head += self.request.law
+        if not loop.length:
+            head = f"{_POSTURE[0].upper()}{_POSTURE[1:]}"
+        corners = loop.gait.corner_lines
+        return [head, self._conditions, "", *corners, "", *loop.report.lines]
+
+    @property
+    def _refusal_lines(self) -> list[str]:
+        what = "flyable gait" if self.request.require == "flyable" else "gait"
+        head = f"No {what} through these waypoints."
+        if any(refusal.kind == "waypoint" for refusal in self.refusals):
+            head += " All must be admissible with one color and sign of R:"
+        messages = dict.fromkeys(refusal.message for refusal in self.refusals)
+        lines = [head, *_items(messages)]
+        if self.advice is not None:
+            lines.append(f"{self.advice[0].upper()}{self.advice[1:]}.")
+        return [*lines, self._conditions]
+
+    @property
+    def _conditions(self) -> str:
+        """The vehicle, the coefficients and the method, in words."""
+        request, vehicle = self.request, self.request.vehicle
+        method = "any-angle method"
+        if request.method == "grid":
+            method = f"grid of {request.divisions} divisions"
+        body = f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f})"
+        return f"{body}, {request.coefficients} coefficients, {method}"
 
     def __repr__(self) -> str:
         count, vehicle = len(self.waypoints), self.request.vehicle.name
@@ -397,122 +314,37 @@ def plan(
     request: PlanRequest, *, progress: Callable[[str], None] | None = None
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
-    graph_of = cache(lambda sign: request_graph(request, sign, progress))
-    uses: tuple[Requirement, ...] = (
-        ("flyable",) if request.require == "flyable" else ("flyable", "valid")
-    )
-    found = _answer(request, uses, graph_of, progress)
-    if found or request.require == "valid":
-        return found
-    # Loops that only obey the paper's rules are listed beside the refusal. Flyable regions are not searched again,
-    # unless they have a loop that breaks a limit.
-    uses = (
-        ("flyable", "valid")
-        if any(one.kind == "limit" for one in found.obstacles)
-        else ("valid",)
-    )
-    other = _answer(replace(request, require="valid"), uses, graph_of, progress)
-    if other.loop is None:
-        return found
-    loops = (other.loop, *other.alternatives)
-    return replace(found, advice=VALID_LOOPS.python, alternatives=loops)
+    graph_of = cache(partial(request_graph, request, progress=progress))
 
-
-def _warnings_of(loop: Loop, waypoints: Sequence[Point]) -> list[str]:
-    """Return what a user should know of a loop through waypoints, in the order in which it visits them."""
-    warnings = []
-    if len(loop.gait.alpha) == 1:
-        warnings.append(_POSTURE)
-    if (
-        len(waypoints) > 3
-        and not loop.request.any_order
-        and not shapely.is_simple(shapely.linearrings(waypoints))
-    ):
-        warnings.append(
-            "the loop crosses itself; the same waypoints in any order may give a shorter one"
-        )
-    if not loop.order_exact:
-        warnings.append(_APPROXIMATE)
-    warnings += loop.report.warnings
-    if not loop.report.reachable_from_hover:
-        warnings.append(loop.report.reachability)
-    return warnings
-
-
-def _answer(
-    request: PlanRequest,
-    uses: tuple[Requirement, ...],
-    graph_of: Callable[[Sign], nx.Graph[Any]],
-    progress: Callable[[str], None] | None,
-) -> Plan:
-    """Return the best loop that meets what a request requires, or the obstacles."""
-    loops: list[Loop] = []
-    obstacles: list[Obstacle] = []
-
-    def loop_of(found: FoundPath, sign: Sign) -> Loop:
-        path, order, bound, judged = found
-        if request.reverse:
-            path, order, judged = path.reversed(), (order[0], *order[:0:-1]), None
-        return Loop(
-            path=path,
-            sign=sign,
-            order=order,
-            request=request,
-            lower_bound=bound,
-            judged=judged,
-        )
-
-    for sign, group in groupby(
-        branches_of(request, uses), key=lambda branch: branch.sign
-    ):
-        branches = list(group)
-        if request.method == "exact":
-            answers = [any_angle_paths(branch, progress) for branch in branches]
-        else:
-            answers = grid_paths(branches, graph_of, progress)
-        for answer in answers:
-            if isinstance(answer, Obstacle):
-                obstacles.append(answer)
+    def search(require: Requirement) -> tuple[list[Loop], list[Refusal]]:
+        loops: list[Loop] = []
+        refusals: list[Refusal] = []
+        for branch in branches_of(request, require):
+            if request.method == "exact":
+                answer = any_angle_loop(branch, progress)
             else:
-                loops += [loop_of(found, sign) for found in answer]
-    loops.sort(key=_preference)
-    is_refused = request.require == "flyable" and not (
-        loops and loops[0].report.flyable
-    )
-    if is_refused and loops:
-        # What no region knows, such as a period that is too short for the vehicle's limits.
-        message = (
-            f"{loops[0].color}, {RELATION[loops[0].sign]}: {loops[0].report.reason}"
-        )
-        obstacles = [
-            Obstacle(color="red", sign=loops[0].sign, kind="limit", message=message)
-        ]
-    reason, waypoints, warnings = None, request.waypoints, [*request.notes]
-    if is_refused or not loops:
-        obstacles = [with_nearest(obstacle, request) for obstacle in obstacles]
-        obstacles.sort(
-            key=lambda one: (
-                sum(map(math.dist, one.moved, waypoints)) if one.moved else math.inf
-            )
-        )
-        kind = "flyable" if is_refused else "closed"
-        reason = f"no {kind} loop: {'; '.join(dict.fromkeys(obstacle.message for obstacle in obstacles))}"
-        loops = []
-    else:
-        report = loops[0].report
-        waypoints = tuple(waypoints[k] for k in loops[0].order)
-        warnings += _warnings_of(loops[0], waypoints)
-        if not report.flyable:
-            reason = f"no loop through these waypoints is flyable: {report.reason}"
-    return Plan(
-        request=request,
-        loop=loops[0] if loops else None,
-        reason=reason,
-        waypoints=waypoints,
-        alternatives=tuple(loops[1:]),
-        obstacles=tuple(obstacles),
-        warnings=tuple(warnings),
-    )
+                answer = grid_loop(branch, graph_of, progress)
+            if isinstance(answer, Refusal):
+                refusals.append(answer)
+            else:
+                loops.append(answer.reversed() if request.reverse else answer)
+        return sorted(loops, key=_preference), refusals
+
+    flyable, refusals = search("flyable")
+    if request.require == "flyable":
+        if flyable and flyable[0].report.flyable:
+            return _planned(request, flyable, refusals)
+        # Loops that only obey the paper's rules are listed beside the refusal.
+        refused = _refused(request, flyable, refusals)
+        others = _distinct([*flyable, *search("valid")[0]])
+        if not others:
+            return refused
+        return replace(refused, advice=VALID_LOOPS.python, alternatives=tuple(others))
+    valid, refusals = search("valid")
+    loops = _distinct([*flyable, *valid])
+    if not loops:
+        return _refused(request, loops, refusals)
+    return _planned(request, loops, refusals)
 
 
 def _preference(loop: Loop) -> tuple[Any, ...]:
@@ -521,14 +353,93 @@ def _preference(loop: Loop) -> tuple[Any, ...]:
     timeless = all(
         check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS
     )
+    robustness = 0.0
+    if loop.request.objective == "robust":
+        robustness = round(report["least_singular_value"].value or 0.0, 3)
     return (
         not report.flyable,
         not timeless,
         not report.valid,
-        -round(report["least_singular_value"].value or 0.0, 3)
-        if loop.request.objective == "robust"
-        else 0.0,
+        -robustness,
         round(loop.length, 9),
         loop.color != "red",
         loop.sign != "positive",
     )
+
+
+def _distinct(loops: Sequence[Loop]) -> list[Loop]:
+    """Return loops in order of preference, each path once."""
+    kept: list[Loop] = []
+    for loop in loops:
+        if not any(np.array_equal(loop.path.alpha, other.path.alpha) for other in kept):
+            kept.append(loop)
+    return sorted(kept, key=_preference)
+
+
+def _planned(
+    request: PlanRequest, loops: Sequence[Loop], refusals: Sequence[Refusal]
+) -> Plan:
+    """Return the plan with the first of some loops."""
+    best = loops[0]
+    waypoints = tuple(request.waypoints[k] for k in best.order)
+    reason = None
+    if not best.report.flyable:
+        reason = f"no loop through these waypoints is flyable: {best.report.reason}"
+    return Plan(
+        request=request,
+        loop=best,
+        reason=reason,
+        waypoints=waypoints,
+        alternatives=tuple(loops[1:]),
+        refusals=tuple(refusals),
+        warnings=(*request.notes, *_warnings_of(best, waypoints)),
+    )
+
+
+def _refused(
+    request: PlanRequest, loops: Sequence[Loop], refusals: Sequence[Refusal]
+) -> Plan:
+    """Return the plan without a loop; of loops that cannot fly the first says why."""
+    if loops:
+        # What no region knows, such as a period that is too short for the vehicle's limits.
+        best = loops[0]
+        message = f"{best.color}, {RELATION[best.sign]}: {best.report.reason}"
+        limit = Refusal(color="red", sign=best.sign, kind="limit", message=message)
+        refusals = [limit]
+
+    def moves(refusal: Refusal) -> float:
+        if not refusal.moved:
+            return math.inf
+        return sum(map(math.dist, refusal.moved, request.waypoints))
+
+    refusals = [with_nearest(refusal, request) for refusal in refusals]
+    refusals.sort(key=moves)
+    kind = "flyable" if request.require == "flyable" else "closed"
+    messages = dict.fromkeys(refusal.message for refusal in refusals)
+    return Plan(
+        request=request,
+        loop=None,
+        reason=f"no {kind} loop: {'; '.join(messages)}",
+        waypoints=request.waypoints,
+        refusals=tuple(refusals),
+        warnings=request.notes,
+    )
+
+
+def _warnings_of(loop: Loop, waypoints: Sequence[Point]) -> list[str]:
+    """Return what a user should know of a loop through waypoints, in the order in which it visits them."""
+    warnings = []
+    if len(loop.gait.alpha) == 1:
+        warnings.append(_POSTURE)
+    if len(waypoints) > 3 and not loop.request.any_order:
+        ring = shapely.linearrings(waypoints)
+        if not shapely.is_simple(ring):
+            warnings.append(
+                "the loop crosses itself; the same waypoints in any order may give a shorter one"
+            )
+    if not loop.order_exact:
+        warnings.append(_APPROXIMATE)
+    warnings += loop.report.warnings
+    if not loop.report.reachable_from_hover:
+        warnings.append(loop.report.reachability)
+    return warnings

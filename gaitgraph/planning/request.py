@@ -43,7 +43,13 @@ from gaitgraph.io.formats import (
     unchecked_table,
 )
 from gaitgraph.surface.loop_colorings import colorings
-from gaitgraph.surface.region import Corners, Points, Zones, checked_accuracy
+from gaitgraph.surface.region import (
+    Corners,
+    Points,
+    Requirement,
+    Zones,
+    checked_accuracy,
+)
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
@@ -65,7 +71,6 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 Objective = Literal["shortest", "robust"]
 Method = Literal["grid", "exact"]
-Requirement = Literal["flyable", "valid"]
 
 CHOICES: dict[str, tuple[str, ...]] = {
     "color": get_args(ColorChoice),

@@ -24,8 +24,8 @@ from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_CHECKS, RATE_UNITS, Table
 from gaitgraph.io.formats import write_tables
-from gaitgraph.planning.any_angle import shortest_path
-from gaitgraph.planning.refusal import Branch
+from gaitgraph.planning.any_angle import Leg, shortest_path
+from gaitgraph.planning.branch import Branch
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.sheets import home_in_words, red_label, separating_factor
 from gaitgraph.timing.joining import (
@@ -50,13 +50,14 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, four_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.surface.sheets import Color, Sign
+    from gaitgraph.surface.region import Requirement
+    from gaitgraph.surface.sheets import Color
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Each, VehicleLike
@@ -280,23 +281,11 @@ def transition(
     >>> bool(transition("hover", lift([(1.2, -1.2)], "red")))
     False
     """
-    ends = [
-        None
-        if isinstance(one, str) and one == HOVER
-        else _end_of(one, name, vehicle, coefficients)
-        for name, one in (("start", start), ("end", end))
-    ]
-    gaits = [one.gait for one in ends if one is not None]
-    hover = (
-        replace(gaits[0], alpha=np.zeros((1, 4)), colors=("red",), request={})
-        if gaits
-        else None
-    )
-    body = PAPER if vehicle is None else vehicle
-    hover = hover or Gait(
-        alpha=np.zeros((1, 4)), colors=("red",), vehicle=body, coefficients=coefficients
-    )
-    first, last = (hover if one is None else one.gait for one in ends)
+    leaving = _end_of(start, "start", vehicle, coefficients)
+    joining = _end_of(end, "end", vehicle, coefficients)
+    hover = _hover_for([leaving, joining], vehicle, coefficients)
+    leaving, joining = leaving or hover, joining or hover
+    first, last = leaving.gait, joining.gait
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
             f"end must be a gait for {first.vehicle.name!r} ({first.coefficients.kind} coefficients), as the start is, "
@@ -308,69 +297,88 @@ def transition(
             f"duration must be between 1e-6 and 5e8 s, got {shown(duration)}",
             field="duration",
         )
-    seconds = _DURATION if duration is None else float(duration)
-    count = _checked_samples(seconds, law, samples, rate)
     floor = checked_number("floor", floor)
-
-    refused = Transition(
-        there_and_back=None, reason=None, duration=seconds, law=law, samples=count
+    answer = Transition(
+        there_and_back=None,
+        reason=None,
+        duration=_DURATION if duration is None else float(duration),
+        law=law,
+        samples=100,
     )
+    answer = replace(
+        answer, samples=_checked_samples(answer.duration, law, samples, rate)
+    )
+
     reason, proof = _refusal(first, last)
     if reason is not None:
-        return replace(refused, reason=reason, proof=proof)
-    leaves, joins = (hover if one is None else one.place for one in ends)
-    found = _shortest(leaves, joins, floor)
-    if isinstance(found, str):
-        return replace(refused, reason=found)
-    path, corners = found
-    alpha = np.vstack([path, path[-2:0:-1]])
-    gait = replace(
-        first, alpha=alpha, colors=(first.colors[0],) * len(alpha), request={}
-    )
+        return replace(answer, reason=reason, proof=proof)
+    path = _shortest(leaving.place, joining.place, floor)
+    if isinstance(path, str):
+        return replace(answer, reason=path)
+
+    alpha = np.vstack([path.alpha, path.alpha[-2:0:-1]])
+    colors = (first.colors[0],) * len(alpha)
+    gait = replace(first, alpha=alpha, colors=colors, request={})
     # Both those of the vehicle and those that the tables were made for.
-    limits = lowest_limits(one.limits for one in ends if one is not None)
+    limits = lowest_limits([leaving.limits, joining.limits])
     limited = replace(gait, vehicle=vehicle_within(gait.vehicle, limits))
     if duration is None:
-        # One second, or how long one way takes within the limits if that is more.
-        once = limited.parametrize(2.0, law=law)
-        for order, kind in enumerate(RATE_UNITS, start=1):
-            limit = getattr(limited.vehicle, f"max_tilt_{kind}")
-            if limit is not None and np.isfinite(
-                share := float((once.peaks(order) / limit).max())
-            ):
-                seconds = max(seconds, share ** (1 / order))
-        seconds = min(math.ceil(seconds * 1000) / 1000, _LONGEST)
-    left, joined = (None if one is None else one.motion for one in ends)
-    planned = replace(
-        refused,
+        answer = replace(answer, duration=_least_duration(limited, law))
+    answer = replace(
+        answer,
         there_and_back=gait,
         corners=(
-            None if ends[0] is None else corners[0],
-            None if ends[1] is None else corners[1],
+            None if leaving is hover else path.leaves,
+            None if joining is hover else path.joins,
         ),
-        duration=seconds,
-        run_down=None if left is None else run_up(left, stops=True),
-        run_up=None if joined is None else run_up(joined),
+        run_down=_run_up(leaving, stops=True),
+        run_up=_run_up(joining),
         limits=limits,
     )
-    count = _checked_samples(planned.timed.period, law, samples, rate)
-    planned = replace(planned, samples=count)
-    if planned.run_down is None and planned.run_up is None:
-        timed = limited.parametrize(2 * seconds, law=law)
-        report = gait.check(floor=floor).with_timing(TimedPath.of(timed))
+    count = _checked_samples(answer.timed.period, law, samples, rate)
+    return _judged(replace(answer, samples=count), limited, floor, leaving, joining)
+
+
+def _run_up(end: _End, *, stops: bool = False) -> RunUp | None:
+    """Return the run-up of a gait in motion where the path joins it, or with `stops` its run-down; else None."""
+    if end.motion is None:
+        return None
+    return run_up(end.motion, stops=stops)
+
+
+def _least_duration(limited: Gait, law: LawName) -> float:
+    """Return one second, or how long one way takes within the limits if that is more."""
+    seconds = _DURATION
+    once = limited.parametrize(2.0, law=law)
+    for order, kind in enumerate(RATE_UNITS, start=1):
+        limit = getattr(limited.vehicle, f"max_tilt_{kind}")
+        if limit is not None:
+            share = float((once.peaks(order) / limit).max())
+            if np.isfinite(share):
+                seconds = max(seconds, share ** (1 / order))
+    return min(math.ceil(seconds * 1000) / 1000, _LONGEST)
+
+
+def _judged(answer: Transition, limited: Gait, floor: float, *ends: _End) -> Transition:
+    """Return a path with its report: of the path there and back, with a run-up or a run-down of the whole table."""
+    if answer.run_down is None and answer.run_up is None:
+        timed = limited.parametrize(2 * answer.duration, law=answer.law)
+        report = answer.gait.check(floor=floor).with_timing(TimedPath.of(timed))
     else:
         report = validate(
-            planned.table,
+            answer.table,
             vehicle=limited.vehicle,
             coefficients=limited.coefficients.kind,
             floor=floor,
         )
-    reason = None if report.flyable else report.reason
-    broken = [check.name for check in report.checks if not check.ok]
-    of_rows = any(isinstance(one, RowTimedGait) for one in (left, joined))
-    if of_rows and broken and set(broken) <= set(RATE_CHECKS):
+    if report.flyable:
+        return replace(answer, judged=report)
+    reason = report.reason
+    broken = {check.name for check in report.checks if not check.ok}
+    of_rows = any(isinstance(end.motion, RowTimedGait) for end in ends)
+    if of_rows and broken and broken <= set(RATE_CHECKS):
         reason = f"{reason}; the gait is known by its rows alone, and more of them may be enough"
-    return replace(planned, reason=reason, judged=report)
+    return replace(answer, reason=reason, judged=report)
 
 
 class _End(NamedTuple):
@@ -382,13 +390,35 @@ class _End(NamedTuple):
     limits: Mapping[str, Each]
 
 
+def _hover_for(
+    ends: Sequence[_End | None],
+    vehicle: VehicleLike | None,
+    coefficients: CoefficientsLike | None,
+) -> _End:
+    """Return hover, for the vehicle and the coefficients of the first end that is a gait, if there is one."""
+    alpha = np.zeros((1, 4))
+    gaits = [end.gait for end in ends if end is not None]
+    if gaits:
+        hover = replace(gaits[0], alpha=alpha, colors=("red",), request={})
+    else:
+        hover = Gait(
+            alpha=alpha,
+            colors=("red",),
+            vehicle=PAPER if vehicle is None else vehicle,
+            coefficients=coefficients,
+        )
+    return _End(hover, hover, None, {})
+
+
 def _end_of(
     handed: GaitLike,
     name: str,
     vehicle: VehicleLike | None,
     coefficients: CoefficientsLike | None,
-) -> _End:
-    """Return what a path may join: the corners of a gait without times, the first row of one with times."""
+) -> _End | None:
+    """Return what a path may join, None for hover: the corners of a gait, or the first row of one with times."""
+    if isinstance(handed, str) and handed == HOVER:
+        return None
     given = given_gait(
         handed, vehicle=vehicle, coefficients=coefficients, name=name, once=False
     )
@@ -453,79 +483,105 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
     return None, None
 
 
-def _shortest(
-    first: Gait, last: Gait, floor: float
-) -> tuple[FloatArray, tuple[int, int]] | str:
-    """Return the shortest path and the corners that it joins, or the reason why there is none."""
-    color: Color = "red" if first.color == "red" else "blue"
-    # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
-    on_sheet = lift(
-        first.alpha[:, :2],
-        first.colors,
-        vehicle=first.vehicle,
-        coefficients=first.coefficients,
-    ).R
-    sign: Sign = "positive" if on_sheet[np.argmax(np.abs(on_sheet))] > 0 else "negative"
+class _Path(NamedTuple):
+    """A path, shape (n, 4) [rad], and the corners of the gaits that it leaves and joins, counted from 0."""
+
+    alpha: FloatArray
+    leaves: int
+    joins: int
+
+
+class _Corners(NamedTuple):
+    """A corner of either gait, by their numbers, and the straight distance between them in the plane [rad]."""
+
+    leaves: int
+    joins: int
+    distance: float
+
+
+def _shortest(first: Gait, last: Gait, floor: float) -> _Path | str:
+    """Return the shortest path between corners of two gaits, or the reason why there is none."""
     points, others = (
         np.clip(gait.alpha[:, :2], -HALF_PI, HALF_PI) for gait in (first, last)
     )
-    turned = (
-        last.alpha.tolist() < first.alpha.tolist()
-    )  # of corners equally near, the path back joins the same
-    corners = product(_nearest(points, others), _nearest(others, points))
-    joined = [(math.dist(points[a], others[b]), a, b) for a, b in corners]
+    color: Color = "red" if first.color == "red" else "blue"
+    pairs = _pairs_to_try(points, others)
     if color == "red":
         # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
-        labels, goals = (
-            red_label(plane[:, 0], plane[:, 1], first.vehicle)
-            for plane in (points, others)
-        )
-        if not (
-            one_part := [
-                pair for pair in joined if (labels[pair[1]] == goals[pair[2]]).all()
-            ]
-        ):
-            wall = separating_factor(
-                points[0].tolist(), others[0].tolist(), first.vehicle
-            )
+        vehicle = first.vehicle
+        labels = red_label(points[:, 0], points[:, 1], vehicle)
+        goals = red_label(others[:, 0], others[:, 1], vehicle)
+        pairs = [pair for pair in pairs if (labels[pair[0]] == goals[pair[1]]).all()]
+        if not pairs:
+            wall = separating_factor(points[0].tolist(), others[0].tolist(), vehicle)
             return f"both ends are on the red sheet, separated by {wall}, where R = 0; use gaits in one component"
-        joined = one_part
-    for use in ("flyable", "valid") if color == "red" else ("valid",):
-        best: tuple[float, int, int, list[Any]] | None = None
-        for distance, a, b in sorted(
-            joined, key=lambda one: (one[0], one[::-1] if turned else one)
-        ):
-            if best is not None and distance >= best[0]:
+    if last.alpha.tolist() < first.alpha.tolist():
+        # Of corners equally near, the path back joins the same.
+        pairs.sort(key=lambda pair: (pair.distance, pair.joins, pair.leaves))
+    else:
+        pairs.sort(key=lambda pair: (pair.distance, pair.leaves, pair.joins))
+
+    requirements: tuple[Requirement, ...] = ("flyable", "valid")
+    for require in requirements if color == "red" else requirements[1:]:
+        best: Leg | None = None
+        for pair in pairs:
+            if best is not None and pair.distance >= best.length:
                 break  # no path is shorter than the straight line
-            ends = sorted(
-                [points[a].tolist(), others[b].tolist()]
-            )  # the path back is the path there
-            request = plan_request(
-                ends,
-                vehicle=first.vehicle,
-                coefficients=first.coefficients.kind,
-                floor=floor,
-            )
-            leg = shortest_path(Branch(request=request, color=color, sign=sign), use)
-            if leg is not None and (best is None or leg.length < best[0]):
-                bends = leg.points[1:-1]
-                best = (
-                    leg.length,
-                    a,
-                    b,
-                    bends if ends[0] == points[a].tolist() else bends[::-1],
-                )
+            start, end = points[pair.leaves].tolist(), others[pair.joins].tolist()
+            leg = _leg(start, end, first, floor, require)
+            if leg is not None and (best is None or leg.length < best.length):
+                best, joined = leg, pair
         if best is not None:
-            _, a, b, bends = best
-            path = lift(
-                [points[a], *bends, others[b]],
-                color,
-                vehicle=first.vehicle,
-                coefficients=first.coefficients,
-            )
+            path = _on_sheet(first, best.points)
             # A printed gait is a little beside its sheet: the path begins and ends at its own corners.
-            return np.vstack([first.alpha[a], path.alpha[1:-1], last.alpha[b]]), (a, b)
+            ends = first.alpha[[joined.leaves]], last.alpha[[joined.joins]]
+            alpha = np.vstack([ends[0], path.alpha[1:-1], ends[1]])
+            return _Path(alpha, joined.leaves, joined.joins)
     return f"none was found on the {color} sheet with this sign of R, between any of the corners tried"
+
+
+def _leg(
+    start: list[float],
+    end: list[float],
+    gait: Gait,
+    floor: float,
+    require: Requirement,
+) -> Leg | None:
+    """Return the shortest path between two points on the sheet and with the sign of R of a gait, or None."""
+    # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
+    R = _on_sheet(gait, gait.alpha[:, :2]).R
+    request = plan_request(
+        sorted([start, end]),  # so that the path back is the path there
+        vehicle=gait.vehicle,
+        coefficients=gait.coefficients.kind,
+        floor=floor,
+    )
+    branch = Branch(
+        request=request,
+        color="red" if gait.color == "red" else "blue",
+        sign="positive" if R[np.argmax(np.abs(R))] > 0 else "negative",
+        require=require,
+    )
+    leg = shortest_path(branch)
+    if leg is None or start <= end:
+        return leg
+    return Leg(leg.points[::-1], leg.lower_bound)
+
+
+def _on_sheet(gait: Gait, plane: Any) -> Gait:
+    """Return points of the plane on the sheet of a gait's first corner."""
+    return lift(
+        plane,
+        gait.colors[0],
+        vehicle=gait.vehicle,
+        coefficients=gait.coefficients,
+    )
+
+
+def _pairs_to_try(points: FloatArray, others: FloatArray) -> list[_Corners]:
+    """Return the pairs of corners of two gaits that a path may join."""
+    pairs = product(_nearest(points, others), _nearest(others, points))
+    return [_Corners(a, b, math.dist(points[a], others[b])) for a, b in pairs]
 
 
 def _nearest(corners: FloatArray, others: FloatArray) -> list[int]:

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.planning.any_angle import Location
+    from gaitgraph.planning.location import Location
 
     Shown = Gait | TimedGait | Table | Plan | Report | Region | Vehicle
 
@@ -469,19 +469,19 @@ def write_regions(
             ax,
             one.region,
             vehicle if one.color == "red" else None,
-            f"{found.use}, {one.color}",
+            f"{found.require}, {one.color}",
         )
         for number, part in enumerate(one.region.components, start=1):
             base.draw_label(ax, part.representative_point().coords[0], str(number))
     for number, waypoint in enumerate(found.regions[0].waypoints, start=1):
         ax.annotate(
             f"waypoint {number}",
-            waypoint.point,
+            waypoint,
             (0, 6),
             textcoords="offset points",
             ha="center",
         )
-        ax.plot(*waypoint.point, "ko", markersize=4)
+        ax.plot(*waypoint, "ko", markersize=4)
     ax.set_title(
         f"Admissible regions, vehicle {vehicle.name}{'' if ax.patches else ': none'}"
     )
@@ -616,7 +616,7 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
             vehicle.max_thrust is None or vehicle.mass is not None
         )
         conditions: dict[str, Any] = {
-            "use": "flyable" if judged else "valid",
+            "require": "flyable" if judged else "valid",
             "color": color,
             "coefficients": numbers,
         }
@@ -627,9 +627,11 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
             accuracy=_COARSE,
             **conditions,
         )
-        words = f"shaded: where a {color} gait{which} is {conditions['use']}"
+        words = f"shaded: where a {color} gait{which} is {conditions['require']}"
         words += ", with the given polygons" if zones else ""
-        _draw_region(ax, region, vehicle if color == "red" else None, conditions["use"])
+        _draw_region(
+            ax, region, vehicle if color == "red" else None, conditions["require"]
+        )
     if color == "red":
         draw_zeros_of_R(ax, vehicle)
         ax.plot(0, 0, "k+", markersize=7, label="all upright")
@@ -655,7 +657,7 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
             "zorder": 5,
         }
         ax.plot(*points.T, "o", label="waypoints", **ring)
-    moved = () if plan is None or gait is not None else plan.obstacles[0].moved
+    moved = () if plan is None or gait is not None else plan.refusals[0].moved
     for waypoint, place in zip(waypoints, moved, strict=False):
         if waypoint != place:
             base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -27,6 +27,7 @@ from gaitgraph.surface.region import (
     Condition,
     Pair,
     Region,
+    Requirement,
     Zones,
     checked_accuracy,
     chord_tolerance,
@@ -55,8 +56,6 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
-
-Use = Literal["valid", "flyable"]
 
 _EPSILON = float(np.finfo(float).eps)
 _OPEN_MARGIN = (
@@ -477,7 +476,7 @@ def _singular_value_polygon(
 def admissible_region(
     vehicle: VehicleLike = PAPER,
     *,
-    use: Use = "flyable",
+    require: Requirement = "flyable",
     color: Color = "red",
     sign: Sign | None = None,
     coefficients: CoefficientsLike | None = None,
@@ -492,7 +491,7 @@ def admissible_region(
     vehicle
         The vehicle; its tilt ranges and `max_thrust` count where they are stated. MissingConstant if it states a thrust
         limit without the mass.
-    use
+    require
         "valid": R has the sign. "flyable": also the least singular value is at least the floor, all hover thrusts are
         positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner` has a margin of 1.5e-6
         to the floor, of 1.5e-4 of m·g to the limit of thrust and of 1e-6 rad to lines where rotors idle, so that checks
@@ -509,15 +508,15 @@ def admissible_region(
 
     Examples
     --------
-    >>> round(admissible_region().area, 3), round(admissible_region(use="valid").area, 3)
+    >>> round(admissible_region().area, 3), round(admissible_region(require="valid").area, 3)
     (4.748, 9.823)
     """
-    checked_choice("use", use, ("valid", "flyable"))
+    checked_choice("require", require, ("valid", "flyable"))
     _checked_signs(color, sign)
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
-    region = _admissible(vehicle, use, color, sign, coefficients, floor, accuracy)
+    region = _admissible(vehicle, require, color, sign, coefficients, floor, accuracy)
     return (
         region & zones_region(zones)
         if zones is not None and (zones.keep_out or zones.keep_in)
@@ -528,7 +527,7 @@ def admissible_region(
 @lru_cache(maxsize=32)
 def _admissible(
     vehicle: Vehicle,
-    use: Use,
+    require: Requirement,
     color: Color,
     sign: Sign | None,
     coefficients: Coefficients,
@@ -537,7 +536,7 @@ def _admissible(
 ) -> Region:
     signs = _checked_signs(color, sign)
     judged = coefficients_of(vehicle, "exact") if color == "red" else coefficients
-    if color == "blue" and (use == "flyable" or color not in judged.colors):
+    if color == "blue" and (require == "flyable" or color not in judged.colors):
         return _none_on_blue(vehicle, accuracy)
     least = matrices.noise_of(coefficients)
     if color == "red":
@@ -555,7 +554,7 @@ def _admissible(
         ).pair
 
     condition = _determinant_condition(signs, least, color, judged)
-    if use == "valid":
+    if require == "valid":
         pairs = [signed(wanted) for wanted in signs]
         return region_of(_union(pairs), accuracy, condition)
     region = _physical(vehicle, floor, accuracy)

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from gaitgraph.surface.borders import Halves
 
 Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
+
+Requirement = Literal["flyable", "valid"]
+"""What a gait must be."""
 
 DEFAULT_ACCURACY = 1e-6
 """Largest distance of a region's border from its true place [rad]."""

@@ -14,10 +14,10 @@ import shapely
 
 import gaitgraph as gg
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.planning.any_angle import PreparedRegion, region_of, straight_loop_holds
-from gaitgraph.planning.refusal import Branch
+from gaitgraph.planning.any_angle import PreparedRegion, straight_loop_holds
+from gaitgraph.planning.branch import Branch
 from gaitgraph.planning.request import plan_request
-from tests.samples import visibility_graph
+from tests.samples import planning_region, visibility_graph
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -33,10 +33,10 @@ def test_gait_3_ours(benchmark: Any, space: str) -> None:
     """From a request to a loop that is proven flyable and shortest, lifted to all four angles; without the report."""
     benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
     request = plan_request(GAIT_3, color="red", sign="negative")
-    branch = Branch(request=request, color="red", sign="negative")
+    branch = Branch(request=request, color="red", sign="negative", require="flyable")
 
     def planned() -> gg.Gait:
-        assert straight_loop_holds(branch, "flyable")
+        assert straight_loop_holds(branch)
         return gg.lift(request.waypoints, "red", coefficients=COEFFICIENTS)
 
     assert benchmark(planned).length == pytest.approx(math.pi, abs=1e-12)
@@ -231,7 +231,7 @@ def test_a_whole_plan_ompl(benchmark: Any, group: str) -> None:
 def ground() -> PreparedRegion:
     """Return the admissible region, triangulated, with what the corners on the way see."""
     request = plan_request(ACROSS, color="red", keep_out=keep_outs())
-    prepared = PreparedRegion(region_of(request, "red", "negative", "flyable"))
+    prepared = PreparedRegion(planning_region(request, "red", "negative", "flyable"))
     legs_of(prepared)
     return prepared
 

@@ -16,7 +16,7 @@ export function verdictOf(report, advice = null) {
   if (report.status === "gone") return said("none", "Not planned yet", "The server does not answer");
   if (report.status === "refused") return said("no", "Wrong input", report.reason);
   if (report.status === "infeasible") {
-    return said("no", "No gait", inPi(advice?.obstacle.message ?? report.reason));
+    return said("no", "No gait", inPi(advice?.refusal.message ?? report.reason));
   }
   const broken = (report.checks ?? []).filter((check) => check.mark !== "ok").map((check) => check.title);
   const isPosture = report.corners?.length === 1;
@@ -46,20 +46,20 @@ export function sentenceOf(report, advice) {
 }
 
 /**
- * Return what is nearest to a gait where there is none: the obstacle, which of the waypoints are its, and the place
+ * Return what is nearest to a gait where there is none: the refusal, which of the waypoints are its, and the place
  * `to` which the first of them is to move, or null.
  */
 export function adviceOf(plan, waypoints) {
   if (plan?.status !== "infeasible") return null;
-  const [obstacle] = plan.obstacles; // the one that the shortest moves remove
+  const [refusal] = plan.refusals; // the one that the shortest moves remove
   const isSame = ([p, q], [r, s]) => p === r && q === s;
-  const moves = obstacle.waypoints
-    .map((k) => ({ from: plan.waypoints[k - 1], to: obstacle.moved[k - 1] ?? plan.waypoints[k - 1] }))
+  const moves = refusal.waypoints
+    .map((k) => ({ from: plan.waypoints[k - 1], to: refusal.moved[k - 1] ?? plan.waypoints[k - 1] }))
     .toSorted((a, b) => isSame(a.from, a.to) - isSame(b.from, b.to));
   // The server merges waypoints that repeat, and those of the page may be newer.
   const indices = moves.map(({ from }) => waypoints.findIndex((point) => isSame(point, from)));
   if (indices.includes(-1)) return null;
-  return { obstacle, indices, to: moves.length && !isSame(moves[0].from, moves[0].to) ? moves[0].to : null };
+  return { refusal, indices, to: moves.length && !isSame(moves[0].from, moves[0].to) ? moves[0].to : null };
 }
 
 /** Show the verdict in its line, with the way from "No gait" to a gait. `on` has move(index, point), allowValid(). */
@@ -220,7 +220,7 @@ export function showReport(root, report, advice, on) {
       html("p", { class: "hint" }, "Click on the map to set the first waypoint, or load one of the paper’s gaits."),
     );
   } else {
-    const { checks = [], warnings = [], obstacles = [] } = report;
+    const { checks = [], warnings = [], refusals = [] } = report;
     if (!checks.length) parts.push(html("p", {}, reason)); // whole; its line may cut it off
     if (checks.length) parts.push(facts(report), ...checksOf(checks, on.point));
     const rest = warnings.filter((text) => !checks.some((check) => check.message === text));
@@ -230,7 +230,7 @@ export function showReport(root, report, advice, on) {
       );
     }
     parts.push(cornersTable(report), others(report, on.take));
-    const ways = obstacles.filter((one) => one !== advice?.obstacle).map((one) => one.message);
+    const ways = refusals.filter((one) => one !== advice?.refusal).map((one) => one.message);
     if (ways.length) parts.push(folded("ways", `Why no other color or sign (${ways.length})`, false, listed(ways)));
   }
   root.replaceChildren(...parts.filter(Boolean));

@@ -1,0 +1,243 @@
+"""Where waypoints lie: in which part of the admissible region of each sign of R, and whether a loop can join them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+from gaitgraph.errors import checked_choice
+from gaitgraph.planning.any_angle import prepared_region
+from gaitgraph.planning.branch import branches_of
+from gaitgraph.planning.request import PlanRequest, plan_request
+from gaitgraph.surface.sheets import COLORS, RELATION, Color, Sign
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.planning.request import Point
+    from gaitgraph.surface.region import Points, Region, Requirement
+    from gaitgraph.surface.sheets import SignChoice
+    from gaitgraph.vehicle import VehicleLike
+
+_WIDTH = 110
+
+
+def location_of(
+    waypoints: Points,
+    *,
+    require: Requirement = PlanRequest.require,
+    color: Color = "red",
+    sign: SignChoice = PlanRequest.sign,
+    vehicle: VehicleLike = PlanRequest.vehicle,
+    coefficients: CoefficientsLike | None = PlanRequest.coefficients,
+    floor: float = PlanRequest.floor,
+    keep_out: Sequence[Points] = PlanRequest.keep_out,
+    keep_in: Sequence[Points] = PlanRequest.keep_in,
+    accuracy: float = PlanRequest.accuracy,
+) -> Location:
+    """Return in which part of the admissible regions each waypoint lies, and whether a loop can join them all.
+
+    Parameters
+    ----------
+    waypoints
+        (α1, α2) pairs in [−π/2, π/2], numbers [rad] or texts such as "3pi/8".
+    require
+        "flyable", where the least singular value, hover thrusts and limits of the vehicle allow a gait, or "valid",
+        where R has the sign.
+    color, sign
+        The sheet, "red" or "blue", and the sign of R: "positive", "negative" or "auto", which is both.
+    vehicle, coefficients, floor, keep_out, keep_in, accuracy
+        As for :func:`gaitgraph.planning.planner.plan_loop`.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed.
+
+    Examples
+    --------
+    >>> location = location_of([(-0.4, 0.4), (0.5, 0.5)], sign="positive")
+    >>> location.regions[0].parts, bool(location)
+    ((1, None), False)
+    >>> [round(angle, 4) for angle in location.regions[0].nearest[1]]
+    [0.1671, 0.5]
+    """
+    checked_choice("color", color, COLORS)
+    request = plan_request(
+        waypoints,
+        require=require,
+        color=color,
+        sign=sign,
+        vehicle=vehicle,
+        coefficients=coefficients,
+        floor=floor,
+        keep_out=keep_out,
+        keep_in=keep_in,
+        accuracy=accuracy,
+    )
+    return located(request)
+
+
+def located(request: PlanRequest) -> Location:
+    """Return what :func:`location_of` does, for the waypoints of a request; its color "auto" is red.
+
+    Without waypoints the answer has the parts of the regions alone.
+    """
+    if request.color == "auto":
+        request = replace(request, color="red")
+    regions = [
+        RegionLocation(
+            color=branch.color,
+            sign=branch.sign,
+            region=prepared_region(branch).region,
+            waypoints=request.waypoints,
+        )
+        for branch in branches_of(request, request.require)
+    ]
+    return Location(
+        require=request.require, accuracy=request.accuracy, regions=tuple(regions)
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Location:
+    """Where waypoints lie; truthy if, for a color and sign of R, there is a part of the region that holds them all.
+
+    The `regions`, one for each sign of R of the request, allow what is required, "flyable" or "valid", and lie inside
+    their curved borders by at most the `accuracy` [rad].
+    """
+
+    require: Requirement
+    accuracy: float
+    regions: tuple[RegionLocation, ...]
+
+    def __bool__(self) -> bool:
+        return any(location.joined for location in self.regions)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        return {
+            "require": self.require,
+            "accuracy": self.accuracy,
+            "joined": bool(self),
+            "regions": [location.as_mapping() for location in self.regions],
+        }
+
+    def __repr__(self) -> str:
+        joined = sum(location.joined for location in self.regions)
+        return f"<Location: {len(self.regions)} {self.require} regions, {joined} with all waypoints in one part>"
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.regions))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegionLocation:
+    """The region of one color and sign of R, and where the waypoints lie in it."""
+
+    color: Color
+    sign: Sign
+    region: Region
+    waypoints: tuple[Point, ...]
+
+    @cached_property
+    def parts(self) -> tuple[int | None, ...]:
+        """For each waypoint the number of its part of the region, from 1, None if it is in none."""
+        indices = [self.region.component_of(point) for point in self.waypoints]
+        return tuple(None if index is None else index + 1 for index in indices)
+
+    @cached_property
+    def reasons(self) -> tuple[str | None, ...]:
+        """For each waypoint why it is in no part, None if it is in one."""
+        return tuple(
+            self.region.why_not(point) if part is None else None
+            for point, part in zip(self.waypoints, self.parts, strict=True)
+        )
+
+    @cached_property
+    def nearest(self) -> tuple[Point | None, ...]:
+        """For each waypoint where a loop can join it to the others, None if it is there; see ``nearest_joined``."""
+        if not self.waypoints or not self.region.components:
+            return (None,) * len(self.waypoints)
+        joined = self.region.nearest_joined(self.waypoints)
+        return tuple(
+            None if place == point else place
+            for point, place in zip(self.waypoints, joined, strict=True)
+        )
+
+    @property
+    def joined(self) -> bool:
+        """Whether there is one part of the region, or parts that touch, with all waypoints."""
+        if not self.region.components:
+            return False
+        return all(
+            self.region.joined(self.waypoints[0], point) for point in self.waypoints
+        )
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        parts = [
+            {"area": part.area, "inside": list(part.representative_point().coords[0])}
+            for part in self.region.components
+        ]
+        waypoints = [
+            {
+                "waypoint": list(point),
+                "part": self.parts[k],
+                "reason": self.reasons[k],
+                "nearest": self.nearest[k] and list(self.nearest[k] or ()),
+            }
+            for k, point in enumerate(self.waypoints)
+        ]
+        return {
+            "color": self.color,
+            "sign": self.sign,
+            "area": self.region.area,
+            "parts": parts,
+            "waypoints": waypoints,
+            "joined": self.joined,
+        }
+
+    def __str__(self) -> str:
+        components = self.region.components
+        size = "empty"
+        if components:
+            areas = ", ".join(f"{part.area:.4g}" for part in components)
+            plural = "s" if len(components) > 1 else ""
+            size = f"{len(components)} part{plural} of {areas} rad²"
+        lines = [f"{self.color}, {RELATION[self.sign]}: {size}"]
+        if not self.waypoints:
+            lines += self._part_lines()
+        for k in range(len(self.waypoints)):
+            text = self._waypoint_in_words(k)
+            lines.append(
+                fill(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
+            )
+        if len(self.waypoints) > 1:
+            can = "a loop can join them all" if self.joined else "no loop can join them"
+            lines.append(f"  {can}")
+        return "\n".join(lines)
+
+    def _part_lines(self) -> list[str]:
+        lines = []
+        for number, part in enumerate(self.region.components, start=1):
+            a1, a2 = part.representative_point().coords[0]
+            lines.append(
+                f"  part {number}: {part.area:.4g} rad², around ({a1:.4f}, {a2:.4f})"
+            )
+        return lines
+
+    def _waypoint_in_words(self, k: int) -> str:
+        text = f"in part {self.parts[k]}"
+        joining = "point in one part with the others"
+        if self.parts[k] is None:
+            text = f"{self.reasons[k]}"
+            joining = "admissible point"
+        nearest = self.nearest[k]
+        if nearest is not None:
+            text += f"; the nearest {joining} is {self.region.as_text(nearest)}"
+        alpha1, alpha2 = self.waypoints[k]
+        return f"waypoint {k + 1} ({alpha1:.4f}, {alpha2:.4f}): {text}"

@@ -1,0 +1,108 @@
+"""A loop that a search has found: lifted to four angles, with its checks and its timing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from gaitgraph.graph.walks import MOST_ANY_ORDER
+from gaitgraph.surface.sheets import RELATION
+from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.validation.report import verdict_of
+
+if TYPE_CHECKING:
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.planning.request import PlanRequest
+    from gaitgraph.surface.sheets import Sign
+    from gaitgraph.validation.report import Report
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loop:
+    """One closed loop on the surface with its verdict.
+
+    `path` is a gait through every node that the loop passes, the first not repeated; `order` has the waypoints of the
+    `request`, counted from 0, in the order in which the loop visits them. `lower_bound`, of an any-angle loop, is a
+    lower bound of the length of all loops through these waypoints in this order, in the required region [rad]. With
+    `any_order` no other order makes a shorter loop if `order_exact`; otherwise the order is approximate.
+    """
+
+    path: Gait
+    sign: Sign
+    order: tuple[int, ...]
+    request: PlanRequest
+    lower_bound: float | None = None
+
+    def reversed(self) -> Loop:
+        """Return the loop run in the other direction, from the same waypoint."""
+        order = (self.order[0], *self.order[:0:-1])
+        return replace(self, path=self.path.reversed(), order=order)
+
+    @cached_property
+    def gait(self) -> Gait:
+        """The same loop with straight runs merged."""
+        return self.path.merged()
+
+    @cached_property
+    def checks(self) -> Report:
+        """All checks but those of tilt rates."""
+        return self.gait.check(floor=self.request.floor)
+
+    @cached_property
+    def report(self) -> Report:
+        """All checks, with those of tilt rates."""
+        timed = TimedGait(
+            gait=self.gait, period=self.request.period, law=self.request.law, samples=1
+        )
+        return self.checks.with_timing(timed)
+
+    @property
+    def color(self) -> str:
+        """The loop's color: "red" or "blue"."""
+        return str(self.gait.color)
+
+    @property
+    def length(self) -> float:
+        """Length in the (α1, α2) plane [rad]."""
+        return self.path.length
+
+    @property
+    def order_exact(self) -> bool:
+        """Whether the order is as requested, or the shortest of all that were tried: up to nine waypoints."""
+        return not self.request.any_order or len(self.order) <= MOST_ANY_ORDER
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the loop as plain values, ready for JSON."""
+        return {
+            "color": self.color,
+            "sign": self.sign,
+            "method": self.request.method,
+            "path": self.path.alpha.tolist(),
+            "types": list(self.path.types),
+            "colors": list(self.path.colors),
+            "length": self.length,
+            "lower_bound": self.lower_bound,
+            "order_exact": self.order_exact,
+            "corners": self.gait.alpha.tolist(),
+            "vertices": self.path.vertices().tolist(),
+            **verdict_of(self.report),
+        }
+
+    @property
+    def _verdict(self) -> str:
+        if self.report.flyable:
+            return "flyable"
+        if self.report.valid:
+            return "obeys the paper's rules, cannot fly"
+        return "breaks the paper's rules"
+
+    def __repr__(self) -> str:
+        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.gait.size_text}, {self._verdict}>"
+
+    def __str__(self) -> str:
+        text = f"{self.color}, {RELATION[self.sign]}, {self.length:.4f} rad: {self._verdict}"
+        if self.report.flyable:
+            return text
+        broken = [check.name for check in self.report.checks if check.mark != "ok"]
+        return f"{text} ({', '.join(broken).replace('_', ' ')})"
