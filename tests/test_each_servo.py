@@ -17,7 +17,7 @@ from gaitgraph.angles import angle_from_text
 from gaitgraph.certificates import certify, check as certificate_check
 from gaitgraph.flight.course import arm_response, servo_response as stepped_response
 from gaitgraph.gait.table import Table
-from gaitgraph.graph.build import segments_fly
+from gaitgraph.graph.edges import segments_fly
 from gaitgraph.invertibility.geometry import Geometry
 from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import read_table, write_tables

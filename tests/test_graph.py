@@ -15,11 +15,11 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.graph.build import (
-    grid_axis,
     metadata_of,
     surface_graph,
     vehicle_and_coefficients,
 )
+from gaitgraph.graph.nodes import grid_axis
 from gaitgraph.graph.walks import best_order, closed_walk
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant

@@ -23,7 +23,7 @@ from gaitgraph.errors import (
     checked_choice,
     shown,
 )
-from gaitgraph.graph.build import DEFAULT_DIVISIONS
+from gaitgraph.graph.nodes import DEFAULT_DIVISIONS
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.planning.planner import plan

@@ -38,37 +38,26 @@ from __future__ import annotations
 
 import json
 import math
-from collections import Counter
-from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from gaitgraph.angles import (
-    angle_within,
-    checked_number,
-    is_list,
-    number_of,
-    whole_number,
-    wrapped,
-)
-from gaitgraph.errors import Advice, ContractError, InputError, checked_choice, shown
+from gaitgraph.angles import checked_number, number_of
+from gaitgraph.errors import ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.invertibility import segment_bounds
+from gaitgraph.graph.edges import allowed_pairs, edge_attributes
+from gaitgraph.graph.nodes import (
+    DEFAULT_DIVISIONS,
+    WAYPOINT,
+    checked_divisions,
+    roots_as_nodes,
+)
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
     coefficients_of,
 )
-from gaitgraph.invertibility.matrices import noise_of
-from gaitgraph.surface.sheets import (
-    neighbors_allowed,
-    root_arrays,
-    sheet_jumps,
-    text_from_types,
-)
-from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF, SAME_ANGLE
+from gaitgraph.tolerances import DEFAULT_FLOOR, SAME_ANGLE
 from gaitgraph.vehicle import (
     PAPER,
     Vehicle,
@@ -81,71 +70,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     import networkx as nx
+    import numpy.typing as npt
 
-    from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.invertibility.matrices import BoolArray, IntArray
     from gaitgraph.surface.region import Zones
     from gaitgraph.surface.sheets import Sign
 
 CONTRACT = "gaitgraph surface graph 1"
-DEFAULT_DIVISIONS = 16
-MOST_DIVISIONS = 256
-"""Beyond this a graph of objects takes minutes and gigabytes; the any-angle method (`exact`) needs no grid."""
-MOST_WAYPOINTS = 1000
-
-_WAYPOINT = "w"  # begins the ids of nodes at waypoints
-_SINGULAR_VALUE_TOLERANCE = 1e-5
 _TOLERANCES = {"least_singular_value": 2e-5}
-
-
-def checked_divisions(divisions: object) -> int:
-    """Return a number of divisions, or raise InputError."""
-    if number_of(divisions) > MOST_DIVISIONS:
-        raise InputError(
-            f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, got {shown(divisions)}",
-            field="divisions",
-            advice=Advice(
-                "plan_loop(method='exact') needs no grid",
-                "plan --method exact needs no grid",
-            ),
-        )
-    return whole_number("divisions", divisions, 2, MOST_DIVISIONS)
-
-
-def checked_waypoints(
-    value: Any, most: float = MOST_WAYPOINTS, least: int = 1
-) -> list[tuple[float, float]]:
-    """Return waypoints as pairs of angles [rad]; InputError unless `least` to `most` are given, in [−π/2, π/2]²."""
-    if not is_list(value) or len(value) < least:
-        got = "none" if isinstance(value, tuple) and not value else shown(value)
-        raise InputError(
-            f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {got}",
-            field="waypoints",
-        )
-    if len(value) > most:
-        raise InputError(
-            f"waypoints must be at most {most}, got {len(value)}", field="waypoints"
-        )
-    points = []
-    for number, angles in enumerate(value, start=1):
-        given = len(angles) if is_list(angles) else 0
-        if given != 2:
-            why = "; α3 and α4 follow from the color" if given == 4 else ""
-            raise InputError(
-                f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}"
-            )
-        first = angle_within(angles[0], f"waypoint {number} alpha1")
-        points.append((first, angle_within(angles[1], f"waypoint {number} alpha2")))
-    return points
-
-
-def grid_axis(divisions: int = DEFAULT_DIVISIONS) -> FloatArray:
-    """Return the n + 1 values −π/2 + iπ/n of a grid axis, ends included [rad].
-
-    >>> grid_axis(4).round(4).tolist()
-    [-1.5708, -0.7854, 0.0, 0.7854, 1.5708]
-    """
-    return (2 * np.arange(divisions + 1) - divisions) * math.pi / (2 * divisions)
 
 
 def surface_graph(
@@ -190,21 +121,12 @@ def surface_graph(
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)
     wanted = 1.0 if sign == "positive" else -1.0
-    crossing_tolerance = math.pi / (2 * divisions)
-    alpha, red, types, R, cell = _nodes(
-        divisions, waypoints, wanted, coefficients, crossing_tolerance
-    )
-    if zones is not None and len(alpha):
-        allowed = zones.allow_points(alpha[:, :2])
-        alpha, red, types, R, cell = (
-            part[allowed] for part in (alpha, red, types, R, cell)
-        )
-    edge = _edges(alpha, red, types, cell, divisions)
-    if zones is not None and len(edge):
-        edge = edge[zones.allow_segments(alpha[edge[:, 0], :2], alpha[edge[:, 1], :2])]
-    quantities = _edge_quantities(
-        alpha, red, edge, wanted, vehicle, coefficients, floor
-    )
+    nodes = roots_as_nodes(divisions, waypoints, wanted, coefficients, zones)
+    pairs = allowed_pairs(nodes, divisions)
+    if zones is not None and len(pairs):
+        starts, ends = (nodes.plane[numbers] for numbers in pairs.T)
+        pairs = pairs[zones.allow_segments(starts, ends)]
+    columns = edge_attributes(nodes, pairs, wanted, vehicle, coefficients, floor)
 
     metadata = {
         "contract": CONTRACT,
@@ -215,184 +137,13 @@ def surface_graph(
         "vehicle": vehicle.as_mapping(),
     }
     graph: nx.Graph[Any] = nx.Graph(name=json.dumps(metadata))
-    ids: list[str] = []
-    places: dict[tuple[float, float], int] = {}  # waypoints by their order
-    copies: Counter[str] = Counter()
-    for angles, pair, is_red, value, (i, j) in zip(
-        alpha.tolist(),
-        types.tolist(),
-        red.tolist(),
-        R.tolist(),
-        cell.tolist(),
-        strict=True,
-    ):
-        color = "red" if is_red else "blue"
-        if i >= 0:
-            name = f"{i:03} {j:03} {color}"
-        else:
-            number = places.setdefault((angles[0], angles[1]), len(places))
-            at_waypoint = f"{_WAYPOINT}{number:03} {color}"
-            name = f"{at_waypoint} {copies[at_waypoint]}"
-            copies[at_waypoint] += 1
-        ids.append(name)
-        node = {f"alpha{k}": angle for k, angle in enumerate(angles, start=1)}
-        if coefficients.rotors.asymmetry is None:
-            node["types"] = text_from_types(*pair)
-        graph.add_node(name, **node, color=color, R=value)
-    columns = [column.tolist() for column in quantities.values()]
-    for (a, b), *values in zip(edge.tolist(), *columns, strict=True):
-        graph.add_edge(ids[a], ids[b], **dict(zip(quantities, values, strict=True)))
+    ids = list(nodes.ids())
+    with_types = coefficients.rotors.asymmetry is None
+    graph.add_nodes_from(zip(ids, nodes.attributes(with_types=with_types), strict=True))
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    for (a, b), of_edge in zip(pairs.tolist(), values, strict=True):
+        graph.add_edge(ids[a], ids[b], **dict(zip(columns, of_edge, strict=True)))
     return graph
-
-
-def _nodes(
-    divisions: int,
-    waypoints: Any,
-    wanted: float,
-    coefficients: Coefficients,
-    reach: float,
-) -> tuple[Any, ...]:
-    """Return the nodes as arrays: alpha (n, 4), on red (n,), types (n, 2), R (n,) and cell (n, 2), −1 off the grid.
-
-    Those on the grid come first, red before blue. Waypoints within 1e-9 rad of each other, or of a grid node, count as
-    one.
-    """
-    axis = grid_axis(divisions)[1:-1]
-    given = np.array(checked_waypoints(waypoints, math.inf, least=0)).reshape(-1, 2)
-    given = given[np.abs(given[:, :, None] - axis).min(axis=2).max(axis=1) > SAME_ANGLE]
-    if len(given):
-        same = np.abs(given[:, None] - given).max(axis=2) <= SAME_ANGLE
-        given = given[same.argmax(axis=1) == np.arange(len(given))]
-    cell = np.array([*product(range(1, divisions), repeat=2), *[(-1, -1)] * len(given)])
-    plane = np.concatenate([axis[cell[: len(axis) ** 2] - 1], given])
-    found = root_arrays(
-        plane[:, 0], plane[:, 1], coefficients=coefficients, crossing_tolerance=reach
-    )
-    usable = wanted * np.nan_to_num(found.R) > noise_of(coefficients)
-    if coefficients.kind == "exact":
-        usable &= (
-            found.sheet > 0
-        )  # on blue R = 0 there: floating-point noise is not a sign
-    point, root = np.nonzero(usable)
-    off_grid, red = cell[point, 0] < 0, found.sheet[point, root] > 0
-    order = np.lexsort((~red & ~off_grid, off_grid))
-    point, root = point[order], root[order]
-    return (
-        found.alpha[point, root],
-        red[order],
-        found.types[point, root],
-        found.R[point, root],
-        cell[point],
-    )
-
-
-def _edges(
-    alpha: FloatArray,
-    red: BoolArray,
-    types: npt.NDArray[np.int8],
-    cell: IntArray,
-    divisions: int,
-) -> IntArray:
-    """Return the edges as pairs of node numbers, shape (e, 2): the smaller first, sorted."""
-    on_grid = cell[:, 0] >= 0
-    index = np.full((2, divisions + 1, divisions + 1), -1)
-    grid = np.nonzero(on_grid)[0]
-    index[red[grid].astype(int), cell[grid, 0], cell[grid, 1]] = grid
-    pairs = []
-    inner = slice(1, divisions)
-    for di, dj in ((0, 0), (0, 1), (1, 0), (1, 1), (1, -1)):
-        shifted = np.roll(index, (-di, -dj), axis=(1, 2))[:, inner, inner]
-        for first, second in product(range(2), repeat=2):
-            if di or dj or first < second:
-                a, b = index[first, inner, inner], shifted[second]
-                both = (a >= 0) & (b >= 0)
-                pairs.append(np.column_stack([a[both], b[both]]))
-    # A waypoint is joined to every node within one step, the waypoints before it among them.
-    step = math.pi / divisions
-    for w in np.nonzero(~on_grid)[0]:
-        near = np.nonzero(
-            np.abs(alpha[:w, :2] - alpha[w, :2]).max(axis=1) <= step + ROUND_OFF
-        )[0]
-        pairs.append(np.column_stack([near, np.full(len(near), w)]))
-    edge = np.sort(np.concatenate(pairs), axis=1)
-    a, b = edge.T
-    edge = edge[
-        neighbors_allowed((types[a, 0], types[a, 1]), (types[b, 0], types[b, 1]))
-    ]
-    return np.asarray(edge[np.lexsort((edge[:, 1], edge[:, 0]))])
-
-
-def _edge_quantities(
-    alpha: FloatArray,
-    red: BoolArray,
-    edge: IntArray,
-    wanted: float,
-    vehicle: Vehicle,
-    coefficients: Coefficients,
-    floor: float,
-) -> dict[str, npt.NDArray[Any]]:
-    """Return the edge attributes of the contract as arrays of shape (e,), by name; `wanted` is the sign of R, ±1."""
-    a, b = edge.T
-    starts, ends = alpha[a], alpha[b]
-    codes = np.where(red, np.int8(1), np.int8(-1))
-    if coefficients.rotors.asymmetry is None:
-        jump = sheet_jumps(starts, ends, codes[a], codes[b], coefficients)
-    else:
-        step = (ends - starts)[:, 2:]
-        jump = np.round(np.abs(step - wrapped(step)), 12).max(axis=1, initial=0.0)
-    keeps_sign, flyable = np.zeros((2, len(edge)), dtype=bool)
-    singular = np.zeros(len(edge))
-    if len(edge):
-        noise = noise_of(coefficients)
-        least = segment_bounds.least_level_determinant(
-            starts,
-            ends,
-            coefficients,
-            sign=wanted,
-            tolerance=0.0,
-            floor=noise,
-            each=True,
-        )
-        keeps_sign = least.lower >= noise
-    smooth = red[a] & red[b] & (jump == 0) & keeps_sign
-    if smooth.any():
-        p, q = starts[smooth], ends[smooth]
-        least = segment_bounds.least_singular_value_along(
-            p, q, vehicle, tolerance=_SINGULAR_VALUE_TOLERANCE, each=True
-        )
-        # Edges that have their least value in common differ by rounding.
-        singular[smooth] = np.round(least.upper, 12)
-        flyable[smooth] = segments_fly(p, q, floor, vehicle)
-    return {
-        "length": np.linalg.norm((ends - starts)[:, :2], axis=1),
-        "jump": jump,
-        "continuous": jump == 0,
-        "keeps_sign": keeps_sign,
-        "least_singular_value": singular,
-        "flyable": flyable,
-    }
-
-
-def segments_fly(
-    starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle
-) -> BoolArray:
-    """Return whether segments on red where R keeps its sign meet the physics along their whole length, shape (m,)."""
-    flies = segment_bounds.thrusts_push_up(starts, ends, vehicle)
-    if vehicle.tilt_range is not None:
-        least, most = np.array(vehicle.tilt_range).T
-        flies &= (np.minimum(starts, ends) >= least - ROUND_OFF).all(axis=1)
-        flies &= (np.maximum(starts, ends) <= most + ROUND_OFF).all(axis=1)
-    if flies.any():
-        flies[flies] = segment_bounds.keeps_singular_value_above(
-            starts[flies], ends[flies], floor, vehicle
-        )
-    share = vehicle.thrust_share
-    if share is not None and flies.any():
-        _, _, largest = segment_bounds.thrust_shares_along(
-            starts[flies], ends[flies], vehicle, each=True
-        )
-        flies[flies] = -largest.lower <= share
-    return flies
 
 
 def nodes_above(
@@ -478,7 +229,7 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     off_grid = {
         name: data
         for name, data in graph.nodes(data=True)
-        if str(name).startswith(_WAYPOINT)
+        if str(name).startswith(WAYPOINT)
     }
     try:
         vehicle, coefficients = vehicle_and_coefficients(graph)
@@ -500,7 +251,7 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     at_waypoint = {
         _place(data): name
         for name, data in expected.nodes(data=True)
-        if name.startswith(_WAYPOINT)
+        if name.startswith(WAYPOINT)
     }
     twins: dict[Any, Any] = {}
     for name, data in graph.nodes(data=True):

@@ -26,7 +26,7 @@ from gaitgraph.angles import (
 )
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
-from gaitgraph.graph.build import checked_waypoints
+from gaitgraph.graph.nodes import checked_waypoints
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import largest_least_singular_value
 from gaitgraph.optimization import least_effort

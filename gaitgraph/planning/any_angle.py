@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import shapely
 
-from gaitgraph.graph.build import segments_fly
+from gaitgraph.graph.edges import segments_fly
 from gaitgraph.graph.walks import quanta_of, shortest_order
 from gaitgraph.invertibility.matrices import (
     least_singular_value_on_red,

@@ -17,7 +17,7 @@ from gaitgraph.angles import angles_from, checked_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.graph.build import checked_waypoints
+from gaitgraph.graph.nodes import checked_waypoints
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
 from gaitgraph.planning.request import groups_of_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths

@@ -30,7 +30,7 @@ from gaitgraph.gait.table import (
     surface_of,
     warn_of_ends,
 )
-from gaitgraph.graph.build import (
+from gaitgraph.graph.nodes import (
     DEFAULT_DIVISIONS,
     checked_divisions,
     checked_waypoints,

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.errors import checked_choice
-from gaitgraph.graph.build import DEFAULT_DIVISIONS, grid_axis
+from gaitgraph.graph.nodes import DEFAULT_DIVISIONS, grid_axis
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
