@@ -135,7 +135,7 @@ def _off_grid(waypoints: Any, axis: FloatArray) -> FloatArray:
     if not len(points):
         return points
     same = np.abs(points[:, None] - points).max(axis=2) <= SAME_ANGLE
-    return points[same.argmax(axis=1) == np.arange(len(points))]
+    return np.asarray(points[same.argmax(axis=1) == np.arange(len(points))])
 
 
 def grid_axis(divisions: int = DEFAULT_DIVISIONS) -> FloatArray:
