@@ -75,6 +75,7 @@ CLEARANCE = 1e-5
 
 _CLOSE = 2e-5  # relative width to which levels are bracketed, about
 _FOLLOWED = 1e-5  # accuracy of the levels' polygons [rad]
+_COARSE = 1e-3  # and of those that decide most levels [rad]
 _MOST_WAYPOINTS = 40
 _MOST_PIECES = 400
 _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
@@ -392,11 +393,10 @@ def highest_level(
     high = _highest(objective, vehicle)
     while high - low > 4 * _CLOSE * max(high, 1e-3):
         middle = (low + high) / 2
-        outer = region.outer & level_region(objective, middle, vehicle, _FOLLOWED).outer
-        if component_meeting(outer, discs) is None:
-            high = middle
-        else:
+        if _may_keep(region, objective, middle, discs, vehicle):
             low = middle
+        else:
+            high = middle
     # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
     for given in (_CLOSE * 2.0 ** np.arange(16)).tolist():
         level = high * (1 - given)
@@ -406,6 +406,19 @@ def highest_level(
         if component_meeting(offset(inner, -3 * CLEARANCE), discs) is not None:
             return level, high
     return 0.0, high
+
+
+def _may_keep(
+    region: Region, objective: Objective, level: float, discs: Discs, vehicle: Vehicle
+) -> bool:
+    """Return whether a loop through discs may keep a level; coarse polygons decide that for most levels."""
+    for accuracy in (_COARSE, _FOLLOWED):
+        kept = level_region(objective, level, vehicle, accuracy)
+        if component_meeting(region.outer & kept.outer, discs) is None:
+            return False
+        if component_meeting(region.inner & kept.inner, discs) is not None:
+            return True
+    return True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

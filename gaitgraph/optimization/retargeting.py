@@ -296,70 +296,104 @@ def retarget(
     region = admissible_region(
         chosen, sign=sign, coefficients=numbers, floor=floor, zones=zones
     )
+    refused = Retargeted(before=before, reason=None)
     if not region.components:
-        return Retargeted(before=before, reason=why_empty(region, floor, chosen))
+        return replace(refused, reason=why_empty(region, floor, chosen))
     if margin:
         region = replace(region, inner=polygons_of(offset(region.inner, -margin)))
-    parts = region.components
-    if not parts:
+    if not region.components:
         narrow = f"no point of the flyable region is {margin:g} rad from its border; use a smaller margin"
-        return Retargeted(before=before, reason=narrow)
+        return replace(refused, reason=narrow)
 
     motion = _motion_of(table, numbers)
-    targets, totals = _targets(motion.rows, parts, keep)
-    if np.isnan(totals).all():
+    stays = bool(before.flyable) and _stays(motion, region, sign, chosen)
+    new = _new_rows(motion, region, keep, stays=stays)
+    if new is None:
         reason = f"{100 * number_of(keep):.3g} % of the motion fits nowhere; lower keep"
-        return Retargeted(before=before, reason=reason)
-    best = int(np.nanargmin(totals))
-    stays = (
-        before.flyable
-        and not motion.turned.any()
-        and _has_sign(motion.rows[0], sign, chosen)
-        and _runs_inside(motion.rows, region)
-    )
-    if stays:
-        new, placed = motion.rows, np.arange(len(motion.rows))
-    else:
-        new, placed = _joined(_nearest(targets[best], parts[best]), parts[best])
-    t = None
-    if "t" in table:
-        t = _times(table["t"], new, placed, motion.closing)
-    if motion.closing:  # the closing row moves with the others, to the first
-        new = np.vstack([new, motion.given[-1:] if stays else new[:1]])
-        placed = np.append(placed, len(new) - 1)
+        return replace(refused, reason=reason)
     gait = Gait(
-        alpha=new,
-        colors=("red",) * len(new),
+        alpha=new.alpha,
+        colors=("red",) * len(new.alpha),
         vehicle=chosen,
         coefficients=numbers,
         crossing_tolerance=crossing_tolerance,
     )
-    fresh = _table_from(
-        gait, t, made_by="retarget", sign=sign, floor=floor, margin=margin
+    t = None
+    if "t" in table:
+        t = _times(table["t"], new, motion.closing)
+    about = {"made_by": "retarget", "sign": sign, "floor": floor, "margin": margin}
+    return _described(
+        _table_from(gait, t, **about),
+        motion,
+        new,
+        before,
+        advises=keep is None,
+        notes=zones.notes,
     )
-    after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
-    moved = np.linalg.norm(new[placed] - motion.given, axis=1)
-    share = _share(gait.length, Gait(alpha=motion.rows).length)
+
+
+class _NewRows(NamedTuple):
+    """New rows, shape (m, 4), where the given ones are among them, and the summed distances to each component."""
+
+    alpha: FloatArray
+    placed: IntArray
+    totals: FloatArray
+
+
+def _new_rows(
+    motion: _Motion, region: Region, keep: float | None, *, stays: bool
+) -> _NewRows | None:
+    """Return the rows of the new gait, in the nearest component; those given if they stay; None if nothing fits."""
+    parts = region.components
+    targets, totals = _targets(motion.rows, parts, keep)
+    if np.isnan(totals).all():
+        return None
+    alpha, placed = motion.rows, np.arange(len(motion.rows))
+    if not stays:
+        best = int(np.nanargmin(totals))
+        alpha, placed = _joined(_nearest(targets[best], parts[best]), parts[best])
+    if motion.closing:
+        # The closing row moves with the others, to the first.
+        last = motion.given[-1:] if stays else alpha[:1]
+        alpha = np.vstack([alpha, last])
+        placed = np.append(placed, len(alpha) - 1)
+    return _NewRows(alpha, placed, totals)
+
+
+def _described(
+    table: Table,
+    motion: _Motion,
+    new: _NewRows,
+    before: Report,
+    *,
+    advises: bool,
+    notes: tuple[str, ...],
+) -> Retargeted:
+    """Return the answer with a new table: its report, and how far each row moved."""
+    floor = table.about["floor"]
+    after = validate(table, floor=floor)
+    moved = np.linalg.norm(new.alpha[new.placed] - motion.given, axis=1)
+    share = None
+    given_length = Gait(alpha=motion.rows).length
+    if given_length > 0:
+        share = Gait(alpha=new.alpha).length / given_length
+    advice = None
+    if advises and _is_little(share):
+        advice = KEEP_HALF.python
+    totals = new.totals[~np.isnan(new.totals)]
     return Retargeted(
         before=before,
         reason=None if after.flyable else after.reason,
-        table=fresh,
-        rows=placed,
+        table=table,
+        rows=new.placed,
         moved=moved,
         unchanged=int(np.sum((moved == 0) & ~motion.turned)),
         after=after,
-        alternatives=tuple(np.sort(totals[~np.isnan(totals)]).tolist()),
+        alternatives=tuple(np.sort(totals).tolist()),
         share=share,
-        advice=KEEP_HALF.python if keep is None and _is_little(share) else None,
-        warnings=(*zones.notes, *motion.notes),
+        advice=advice,
+        warnings=(*notes, *motion.notes),
     )
-
-
-def _share(length: float, given: float) -> float | None:
-    """Return one length over a given one, None if that is zero."""
-    if not given > 0:
-        return None
-    return length / given
 
 
 def _is_little(share: float | None) -> bool:
@@ -394,18 +428,21 @@ def _motion_of(table: Table, numbers: Coefficients) -> _Motion:
     return _Motion(given, turned.any(axis=1), is_closed(given))
 
 
-def _has_sign(
-    row: FloatArray, sign: Literal["positive", "negative"] | None, vehicle: Vehicle
+def _stays(
+    motion: _Motion,
+    region: Region,
+    sign: Literal["positive", "negative"] | None,
+    vehicle: Vehicle,
 ) -> bool:
-    """Return whether R has the wanted sign at a row."""
-    if sign is None:
-        return True
-    positive = level_determinant(row, coefficients_of(vehicle, "exact")) > 0
-    return bool(positive == (sign == "positive"))
-
-
-def _runs_inside(rows: FloatArray, region: Region) -> bool:
-    """Return whether the closed loop through rows lies in a region, to twice its accuracy."""
+    """Return whether a flyable motion stays as it is: its loop lies in the region, to twice its accuracy."""
+    rows = motion.rows
+    if motion.turned.any():
+        return False
+    if sign is not None:
+        exact = coefficients_of(vehicle, "exact")
+        positive = level_determinant(rows[0], exact) > 0
+        if positive != (sign == "positive"):
+            return False
     loop = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
     return bool(shapely.covers(offset(region.inner, 2 * region.accuracy), loop))
 
@@ -508,14 +545,15 @@ def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
     return np.hstack([new, new]), np.cumsum([0, *(len(piece) for piece in pieces[:-1])])
 
 
-def _times(
-    t: FloatArray, rows: FloatArray, placed: IntArray, closing: bool
-) -> FloatArray:
+def _times(t: FloatArray, new: _NewRows, closing: bool) -> FloatArray:
     """Return the time of each new row: given rows keep theirs, added ones get theirs by length."""
-    steps = np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1)
+    steps = np.linalg.norm(np.diff(new.alpha, axis=0, append=new.alpha[:1]), axis=1)
     gone = np.append(0.0, np.cumsum(steps))
-    given = t[: len(placed)]
-    end = t[-1] if closing else closing_time(t[0], t[-1], len(t))
-    times = np.interp(gone, gone[np.append(placed, len(rows))], np.append(given, end))
-    times[placed] = given
-    return np.asarray(times if closing else times[:-1])
+    if closing:
+        times = np.interp(gone[:-1], gone[new.placed], t)
+    else:
+        # The way back to the first row takes until the time at which the period ends.
+        ends = np.append(t, closing_time(t[0], t[-1], len(t)))
+        times = np.interp(gone[:-1], gone[np.append(new.placed, -1)], ends)
+    times[new.placed] = t
+    return np.asarray(times)
