@@ -341,7 +341,9 @@ def bernstein(curve: Polynomial) -> Polynomial:
     shares = [a / comb(degree, k) for k, a in enumerate(curve)]
     points = []
     for row in range(degree + 1):
-        terms = [comb(row, k) * share for k, share in enumerate(shares[: row + 1])]
+        terms = [
+            comb(row, k) * share for k, share in enumerate(shares)
+        ]  # 0 for k > row
         points.append(sum(terms, ZERO))
     return points
 

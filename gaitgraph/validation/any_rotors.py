@@ -13,15 +13,15 @@ from gaitgraph.angles import angles_from, checked_number, figure
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import RATE_UNITS, is_closed
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
-from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF
+from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.validation.physics import tilt_range
 from gaitgraph.validation.report import (
     LIMITED,
     Check,
-    GaitPoint,
     Report,
     State,
 )
-from gaitgraph.validation.rules import check_of
+from gaitgraph.validation.rules import Segments, check_of
 from gaitgraph.vehicle import Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -78,15 +78,13 @@ def validate_geometry(
     floor = checked_number("floor", floor)
     alpha, repeats = _rows_of(table, geometry)
     is_path = (once or not repeats) and len(alpha) > 1
-    points = alpha
-    if not is_path and not is_closed(alpha):
-        points = np.concatenate([alpha, alpha[:1]])
-    singular, lower = _least_singular_value(geometry, points, floor)
+    segments = _segments_of(alpha, is_path)
+    singular, lower = _least_singular_value(geometry, segments, floor)
     checks = [singular]
     if lower >= LEAST_DECIDED:
-        checks.append(_hover_thrust(geometry, points))
+        checks.append(_hover_thrust(geometry, segments))
     if np.isfinite(geometry.tilt_range).any():
-        checks.append(_tilt_range(geometry, alpha))
+        checks.append(tilt_range(segments, geometry.tilt_range))
     judged = {check.name for check in checks}
     return Report(
         checks=tuple(checks),
@@ -131,23 +129,22 @@ def _rows_of(
     return alpha, True
 
 
-def _place(points: FloatArray, segment: int, fraction: float) -> GaitPoint:
-    """Return the place at a fraction of a segment between points, the last of which may be the first again."""
-    if fraction == 1.0:
-        segment, fraction = segment + 1, 0.0
-    at = points[segment]
-    if fraction:
-        at = at + fraction * (points[segment + 1] - at)
-    if segment == len(points) - 1 and is_closed(points):
-        segment = 0
-    return GaitPoint(point=segment, fraction=fraction, alpha=tuple(at.tolist()))
+def _segments_of(alpha: FloatArray, is_path: bool) -> Segments:
+    """Return the straight segments between rows, also the last with the first unless they are a path."""
+    number = np.arange(1, len(alpha) + 1)
+    if is_closed(alpha):
+        number[-1] = 1
+    elif not is_path:
+        alpha, number = np.concatenate([alpha, alpha[:1]]), np.append(number, 1)
+    color = np.zeros(len(alpha), dtype=np.int8)
+    return Segments(alpha=alpha, color=color, number=number, noun="row")
 
 
 def _least_singular_value(
-    geometry: Geometry, points: FloatArray, floor: float
+    geometry: Geometry, segments: Segments, floor: float
 ) -> tuple[Check, float]:
     """Check that the thrusts can make every moment and the vertical force; also return the proven least singular value."""
-    starts, ends = points[:-1], points[1:]
+    starts, ends = segments.starts, segments.ends
     found: Least = geometry.least_singular_value_along(starts, ends)
     lower, upper, segment, fraction = found.worst()
     if lower < floor <= upper:
@@ -155,7 +152,7 @@ def _least_singular_value(
         lower, upper, segment, fraction = found.worst()
     proven = math.floor(1e4 * lower) / 1e4
     message = f"least singular value {figure(upper)} (proven lower bound {proven:g}, floor {floor:g})"
-    place = _place(points, segment, fraction)
+    place = segments.place(segment, fraction)
     if lower < floor:
         advice = (
             "the thrusts alone cannot make every moment and the vertical force there"
@@ -173,11 +170,11 @@ def _least_singular_value(
     return found_check, lower
 
 
-def _hover_thrust(geometry: Geometry, points: FloatArray) -> Check:
+def _hover_thrust(geometry: Geometry, segments: Segments) -> Check:
     """Check that some positive thrusts carry the weight without torque."""
-    found: Least = geometry.least_hover_thrust_along(points[:-1], points[1:])
+    found: Least = geometry.least_hover_thrust_along(segments.starts, segments.ends)
     lower, upper, segment, fraction = found.worst()
-    place = _place(points, segment, fraction)
+    place = segments.place(segment, fraction)
     state, message = State.UNDECIDED, f"least hover thrust {figure(upper)} of m·g"
     if lower > 0:
         state = State.HOLDS
@@ -191,20 +188,3 @@ def _hover_thrust(geometry: Geometry, points: FloatArray) -> Check:
     return check_of(
         "hover_thrust", "flyable", state, message, value=upper, limit=0.0, place=place
     )
-
-
-def _tilt_range(geometry: Geometry, rows: FloatArray) -> Check:
-    """Check that all tilts are within the ranges of their servos."""
-    low, high = geometry.tilt_range.T
-    beyond = np.maximum(low - rows, rows - high)
-    row, rotor = divmod(int(np.argmax(beyond)), beyond.shape[1])
-    tilt = float(rows[row, rotor])
-    first, last = np.degrees(geometry.tilt_range[rotor])
-    message = (
-        f"α{rotor + 1} = {math.degrees(tilt):.4g}°, range {first:.4g}° to {last:.4g}°"
-    )
-    place = _place(rows, row, 0.0)
-    ok = bool(beyond[row, rotor] <= ROUND_OFF)
-    if not ok:
-        message = f"{message} at {place}: beyond the range of its servo"
-    return check_of("tilt_range", "flyable", ok, message, value=tilt, place=place)

@@ -421,24 +421,28 @@ def mean_hover_power(
     return (mean if math.isfinite(mean) else None), over
 
 
-def tilt_range(segments: Segments, criteria: Criteria) -> Check:
-    """Check that all tilts are within their arms' ranges; along a straight segment each angle is extreme at an end."""
-    low, high = np.array(criteria.vehicle.tilt_range).T
-    half = (high - low) / 2
+def tilt_range(
+    segments: Segments,
+    ranges: FloatArray,
+    *,
+    extremes: FloatArray | None = None,
+    passing: float = 0.0,
+) -> Check:
+    """Check that tilts are within the ranges of their servos, shape (N, 2) [rad].
 
-    def sizes(alpha: FloatArray) -> FloatArray:
-        # Distances from the middles of the ranges, the more the narrower; exactly |α| if all are ±one limit.
-        return np.asarray(np.abs(alpha - (low + high) / 2) + (half.max() - half))
-
+    Along a straight segment each angle is extreme at an end; of a curve the `extremes` count. `passing` may be beyond.
+    """
+    low, high = ranges.T
+    beyond = np.maximum(low - segments.alpha, segments.alpha - high)
+    place = segments.place(int(np.argmax(beyond.max(axis=1))))
     rows = segments.alpha
-    place = segments.place(int(np.argmax(sizes(rows).max(axis=1))))
-    if criteria.extremes is not None:
-        rows = criteria.extremes
-    row, arm = divmod(int(np.argmax(sizes(rows))), 4)
+    if extremes is not None:
+        rows = extremes
+        beyond = np.maximum(low - rows, rows - high)
+    row, arm = divmod(int(np.argmax(beyond)), len(ranges))
     value = float(rows[row, arm])
-    limit = float(high[arm] if 2 * value >= low[arm] + high[arm] else low[arm])
-    room = SAME_ANGLE + criteria.passing
-    ok = bool(sizes(rows)[row, arm] <= half.max() + room)
+    limit = float(low[arm] if low[arm] - value > value - high[arm] else high[arm])
+    ok = bool(beyond[row, arm] <= SAME_ANGLE + passing)
     is_one = bool((high == high[0]).all() and (low == -high).all())
     if is_one:
         value, limit = abs(value), abs(limit)
@@ -530,7 +534,13 @@ def report_of(
         *thrusts,
     ]
     if vehicle.tilt_range is not None:
-        checks.append(tilt_range(segments, criteria))
+        tilts = tilt_range(
+            segments,
+            np.array(vehicle.tilt_range),
+            extremes=criteria.extremes,
+            passing=criteria.passing,
+        )
+        checks.append(tilts)
     power: float | None = None
     over: Literal["time", "length"] = "length"
     if shares is not None:
