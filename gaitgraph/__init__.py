@@ -71,8 +71,8 @@ if TYPE_CHECKING:
     from gaitgraph.surface.admissible import admissible_region as admissible_region
     from gaitgraph.surface.loop_colorings import colorings as colorings
     from gaitgraph.surface.sheets import roots as roots
+    from gaitgraph.timing.limits import Limits as Limits
     from gaitgraph.timing.time_optimal import (
-        Limits as Limits,
         least_period as least_period,
         paced as paced,
     )
@@ -132,7 +132,8 @@ else:
             "gaitgraph.surface.admissible": ["admissible_region"],
             "gaitgraph.surface.loop_colorings": ["colorings"],
             "gaitgraph.surface.sheets": ["roots"],
-            "gaitgraph.timing.time_optimal": ["Limits", "least_period", "paced"],
+            "gaitgraph.timing.limits": ["Limits"],
+            "gaitgraph.timing.time_optimal": ["least_period", "paced"],
             "gaitgraph.timing.timed_gait": ["TimedGait"],
             "gaitgraph.validation.report": ["Report"],
             "gaitgraph.validation.validating": ["validate"],

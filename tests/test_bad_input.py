@@ -46,8 +46,9 @@ from gaitgraph.surface.sheets import (
     types_from_text,
 )
 from gaitgraph.timing.curve import rounded
+from gaitgraph.timing.limits import Limits
 from gaitgraph.timing.servo_lag import servo_response
-from gaitgraph.timing.time_optimal import Limits, least_period, paced
+from gaitgraph.timing.time_optimal import least_period, paced
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
 from tests.published import GAITS

@@ -14,7 +14,8 @@ import pytest
 
 from gaitgraph.certificates import certify, check
 from gaitgraph.gait.gait import lift
-from gaitgraph.timing.time_optimal import Limits, paced
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.time_optimal import paced
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
 from tests.samples import random_vehicle

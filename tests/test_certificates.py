@@ -24,7 +24,7 @@ from gaitgraph.invertibility.matrices import (
     least_singular_value,
     level_determinant,
 )
-from gaitgraph.timing.time_optimal import limits_of
+from gaitgraph.timing.limits import limits_of
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from tests.mutated import changed

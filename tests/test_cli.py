@@ -22,7 +22,8 @@ from gaitgraph.cli import COMMANDS
 from gaitgraph.io.formats import read_table
 from gaitgraph.planning.request import CHOICES, REQUEST_FIELDS
 from gaitgraph.timing.laws import LAWS
-from gaitgraph.timing.time_optimal import Limits, least_period
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.time_optimal import least_period
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:

@@ -23,8 +23,9 @@ from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import clipped_rows, mapped_table, servo_map_from_mapping
 from gaitgraph.surface import admissible_region
+from gaitgraph.timing.limits import limits_of
 from gaitgraph.timing.servo_lag import servo_response
-from gaitgraph.timing.time_optimal import least_period, limits_of
+from gaitgraph.timing.time_optimal import least_period
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.vehicle import PAPER, linked, vehicle_from_mapping, vehicle_named
 

@@ -34,7 +34,8 @@ from gaitgraph.invertibility.matrices import (
     thrust_signs,
 )
 from gaitgraph.timing.joining import Course, run_up
-from gaitgraph.timing.time_optimal import Limits, least_period
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.time_optimal import least_period
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
 from tests.samples import ASCENDING, BEETLE, HOVER, RED, flown_by, gait_of_paper

@@ -12,7 +12,8 @@ import pytest
 
 from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import lift
-from gaitgraph.timing.time_optimal import Limits, least_period
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.time_optimal import least_period
 from gaitgraph.vehicle import PAPER
 from tests.samples import flown_by, gait_of_paper
 

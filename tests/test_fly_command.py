@@ -15,7 +15,8 @@ from gaitgraph.flight.course import biased_timed_gait
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.timing.curve import rounded
-from gaitgraph.timing.time_optimal import Limits, paced
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.time_optimal import paced
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, RowTimedGait, timed_gait_of
 from tests.published import GAITS
 from tests.samples import gait_of_paper, write_rows

@@ -16,7 +16,7 @@ from gaitgraph.invertibility.forms import Form
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
 from gaitgraph.surface.blocks import yaw_block
 from gaitgraph.timing.curve import Curve, rounded
-from gaitgraph.timing.laws import derivative_of, values_of
+from gaitgraph.timing.polynomials import derivative_of, values_of
 
 angle = st.floats(-1.4, 1.4)
 points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True).filter(

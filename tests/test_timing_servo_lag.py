@@ -12,8 +12,9 @@ import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.surface.sheets import sheet_distances
+from gaitgraph.timing.limits import Limits
 from gaitgraph.timing.servo_lag import servo_response
-from gaitgraph.timing.time_optimal import Limits, paced
+from gaitgraph.timing.time_optimal import paced
 from tests.published import GAITS
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from gaitgraph.files import check_new_files, naming_file, write_whole
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, even_times, tilt_angles
 from gaitgraph.invertibility import matrices
-from gaitgraph.timing.laws import bernstein_from_power, values_of
+from gaitgraph.timing.polynomials import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.validating import validate

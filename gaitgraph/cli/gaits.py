@@ -244,12 +244,8 @@ def _pacing(
     progress: Callable[[str], None],
 ) -> LeastPeriod:
     """Return the law of a gait file under the limits that are given, else those of the file and its vehicle."""
-    from gaitgraph.timing.time_optimal import (
-        least_period,
-        limits_of,
-        origin_of,
-        paced,
-    )
+    from gaitgraph.timing.limits import limits_of
+    from gaitgraph.timing.time_optimal import least_period, origin_of, paced
 
     origin = origin_of(
         gait_in(gait_file, given),

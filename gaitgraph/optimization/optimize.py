@@ -47,7 +47,7 @@ from gaitgraph.surface.region import (
 )
 from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
-from gaitgraph.timing.laws import times_from
+from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, table_of
 from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF
 from gaitgraph.validation.report import Report, verdict_of

@@ -29,7 +29,7 @@ from gaitgraph.surface.region import (
     region_of,
 )
 from gaitgraph.surface.sheets import SignChoice, separating_factor
-from gaitgraph.timing.laws import times_from
+from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, Motion, TimedGait
 from gaitgraph.tolerances import DEFAULT_FLOOR, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, four_of, vehicle_named

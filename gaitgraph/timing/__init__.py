@@ -9,7 +9,6 @@ from gaitgraph._lazy import lazy_names
 if TYPE_CHECKING:
     from gaitgraph.timing.curve import (
         Curve as Curve,
-        LimitedGait as LimitedGait,
         Rounding as Rounding,
         rounded as rounded,
     )
@@ -19,13 +18,14 @@ if TYPE_CHECKING:
         played as played,
         run_up as run_up,
     )
+    from gaitgraph.timing.limited_gait import LimitedGait as LimitedGait
+    from gaitgraph.timing.limits import Limits as Limits
     from gaitgraph.timing.servo_lag import (
         ServoResponse as ServoResponse,
         servo_response as servo_response,
     )
     from gaitgraph.timing.time_optimal import (
         LeastPeriod as LeastPeriod,
-        Limits as Limits,
         least_period as least_period,
         paced as paced,
     )
@@ -40,12 +40,13 @@ else:
     __getattr__, __dir__ = lazy_names(
         __name__,
         {
-            "gaitgraph.timing.curve": ["Curve", "LimitedGait", "Rounding", "rounded"],
+            "gaitgraph.timing.curve": ["Curve", "Rounding", "rounded"],
             "gaitgraph.timing.joining": ["JoinedPath", "RunUp", "played", "run_up"],
             "gaitgraph.timing.servo_lag": ["ServoResponse", "servo_response"],
+            "gaitgraph.timing.limited_gait": ["LimitedGait"],
+            "gaitgraph.timing.limits": ["Limits"],
             "gaitgraph.timing.time_optimal": [
                 "LeastPeriod",
-                "Limits",
                 "least_period",
                 "paced",
             ],

@@ -1,47 +1,40 @@
-"""Smooth closed curves of tilt angles on one sheet, rounded gaits, and gaits timed by polynomials.
+"""Smooth closed curves of tilt angles on one sheet, and gaits with rounded corners.
 
 Both sheets are planes, so that a polynomial in (α1, α2) is one in all four angles, and lies on its sheet between
 samples too. Checks of a whole curve run along chords: on an interval of width h a curve is within h²/8·max|q''| of
 the chord, and max|q''| is at most that of its Bernstein coefficients (convex hull property).
 
-A gait with rounded corners is such a curve. A corner is replaced by a quintic Bézier blend whose first three control
-points lie evenly on the segment that arrives and whose last three lie evenly on the segment that leaves. Its curvature
-vanishes at both ends, so that it joins the straight segments with two continuous derivatives, and it lies in the
-triangle of the corner. A gait that turns back on itself stays on its line: there the parameter slows down to zero at
-the tip.
+A gait with rounded corners is such a curve. In a blend of width w from the direction u to v the direction is
+u + (v − u)·(3x² − 2x³) at the share x of the width. Its curvature vanishes at both ends, so that it joins the straight
+segments with two continuous derivatives, and it lies in the triangle of the corner. A gait that turns back on itself,
+v = −u, stays on its line: there the parameter slows down to zero at the tip.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, Self, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import later
-from gaitgraph.angles import angle_within, figure
-from gaitgraph.arrays import freeze_arrays, read_only
+from gaitgraph.angles import angle_within
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.given import gait_of
-from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.surface.sheets import sheet_angles
-from gaitgraph.timing.laws import (
-    bernstein_from_power,
+from gaitgraph.timing.polynomials import (
+    bends_of,
     derivative_of,
-    divided,
     located,
-    peaks_of,
     values_of,
 )
-from gaitgraph.timing.timed_gait import Motion, TimedGait
 from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE, SAME_ANGLE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.invertibility.forms import FloatArray
@@ -53,15 +46,12 @@ DEFAULT_CHORD = 1e-6
 SMALLEST = 1e-5
 """The least rounding, and the least distance between rounded corners [rad], limited by round-off."""
 
-_SPACING = 0.4  # distance between control points of a blend on a segment, as a share of the length that it takes
-# Finite differences that turn the control points of a blend into coefficients, from the fifth power down.
-_DIFFERENCES = [
-    np.array([(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)])
-    for j in range(5, -1, -1)
-]
-_TIP = 5.0 / 8.0  # distance to the tip of a turn back, per parameter on each side
-_FEWEST = 8  # intervals on a piece of a curve
-_GROWTH = 0.3  # of the distance between nodes, from one to the next
+_LEFT = 1e-12  # share of a segment below which nothing of it is left between two blends
+
+# A turn back reaches its tip after 5/16 of the width of its blend. Each half is its own piece, about the tip: the
+# distance to the tip is (6z² − z⁴)/8 of half the width, z from −1 to 1. In powers of the share of a half:
+_TO_TIP, _FROM_TIP = np.array([[-1, 4, 0, -8, 5], [-1, 0, 6, 0, 0]]) / 8.0
+_TIP = 5.0 / 8.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -120,7 +110,7 @@ class Curve:
         """
         piece, local = located(self.breaks, s, "s must be finite parameters")
         plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
-        return _lift(
+        return lifted(
             plane, self.color, self.pieces[-1, 0], self.coefficients, derivative
         )
 
@@ -129,21 +119,21 @@ class Curve:
         from scipy.interpolate import PPoly
 
         slope = PPoly(derivative_of(self.pieces, derivative + 1), self.breaks)
-        found = np.concatenate(
-            [self.breaks[:-1], *slope.roots(discontinuity=False, extrapolate=False)]
-        )
-        return np.asarray(np.unique(found[(found >= 0) & (found < self.span)]))
+        roots = slope.roots(discontinuity=False, extrapolate=False)
+        turns = np.unique(np.concatenate([self.breaks[:-1], *roots]))
+        return np.asarray(turns[(turns >= 0) & (turns < self.span)])
 
     def polyline(self, tolerance: float = 1e-4) -> Gait:
         """Return a gait with corners on the curve, whose segments are proven to be within a tolerance of it [rad]."""
         width = np.diff(self.breaks)
-        bend = np.linalg.norm(
-            bernstein_from_power(derivative_of(self.pieces, 2), width), axis=-1
-        ).max(axis=0)
-        count = np.maximum(
-            np.ceil(width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)), 1.0
-        )
-        alpha = self.at(divided(self.breaks, count)[0])
+        bend = bends_of(self.pieces, width)
+        count = width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)
+        count = np.maximum(np.ceil(count), 1.0).astype(int)
+        starts = [
+            first + step / number * np.arange(number)
+            for first, step, number in zip(self.breaks, width, count, strict=False)
+        ]
+        alpha = self.at(np.concatenate(starts))
         return Gait(
             alpha=alpha,
             colors=(self.color,) * len(alpha),
@@ -217,11 +207,9 @@ class Rounding:
 
     def __str__(self) -> str:
         text = f"{len(self.corners)} corners rounded, at most {self.deviation:.4g} rad from the gait"
-        return text + (
-            f"; shrunk to share a leg: {', '.join(map(str, self.merged))}"
-            if self.merged
-            else ""
-        )
+        if self.merged:
+            text += f"; shrunk to share a leg: {', '.join(map(str, self.merged))}"
+        return text
 
 
 def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
@@ -240,8 +228,8 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     -----
     The curve of a flyable gait need not be flyable; see :meth:`Curve.check`.
 
-    With segments along the unit vectors u and v, a blend that takes d of each, with control points 2d/5 apart, passes
-    its corner at the distance (3/16)·d·‖v − u‖ = (3/8)·d·sin(turn/2), reached at its middle.
+    With segments along the unit vectors u and v, a blend that takes d of each has the width 2d and passes its
+    corner at the distance (3/16)·d·‖v − u‖ = (3/8)·d·sin(turn/2), reached at its middle.
     """
     size = angle_within(tolerance, "tolerance", least=SMALLEST)
     gait = gait_of(gait)
@@ -250,23 +238,14 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
         raise InputError(
             f"{wanted}, got the color {shown(gait.color)}; retarget moves it there"
         )
-    merged = gait.merged()
-    kept = [merged.alpha[0]]
-    for corner in merged.alpha[1:]:
-        if np.linalg.norm(corner[:2] - kept[-1][:2]) > SMALLEST:
-            kept.append(corner)
-    while len(kept) > 1 and np.linalg.norm(kept[-1][:2] - kept[0][:2]) <= SMALLEST:
-        kept.pop()
-    if len(kept) < len(merged.alpha):
-        merged = replace(
-            merged, alpha=np.array(kept), colors=merged.colors[: len(kept)]
-        ).merged()
+    merged = _apart(gait.merged())
     plane = merged.alpha[:, :2]
-    breaks, pieces, corners = (
-        _blended(plane, size)
-        if len(plane) > 1
-        else (np.array([0.0, 1.0]), plane[None], ())
-    )
+    breaks, pieces = np.array([0.0, 1.0]), plane[None]
+    corners: tuple[RoundedCorner, ...] = ()
+    if len(plane) > 1:
+        bends = _Bends.of(plane, size)
+        breaks, pieces = bends.curve(plane)
+        corners = bends.corners()
     curve = Curve(
         breaks=breaks,
         pieces=pieces,
@@ -278,284 +257,103 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     return Rounding(curve=curve, gait=merged, tolerance=size, corners=corners)
 
 
-def _blended(
-    plane: FloatArray, size: float
-) -> tuple[FloatArray, FloatArray, tuple[RoundedCorner, ...]]:
-    """Return the breaks and pieces of the closed polyline through two or more points with rounded corners."""
-    step = np.roll(plane, -1, axis=0) - plane
-    length = np.linalg.norm(step, axis=1)
-    ahead = step / length[:, None]
-    before = np.roll(ahead, 1, axis=0)
-    sine, cosine = (
-        before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0],
-        (before * ahead).sum(axis=1),
-    )
-    turn = np.arctan2(np.abs(sine), cosine)
-    back = turn >= math.pi - SAME_ANGLE
-    bent = (turn > SAME_ANGLE) & ~back
-    per_reach = np.where(bent, (16.0 - 25.0 * _SPACING) / 16.0 * np.sin(turn / 2), 0.0)
-    # A turn back leaves no deviation, so it takes all that there is: up to half a segment.
-    shorter = np.minimum(length, np.roll(length, 1))
-    wanted = np.where(
-        back, shorter / 2, np.where(bent, size / np.where(bent, per_reach, 1.0), 0.0)
-    )
-    # A blend never takes more than a whole segment, which keeps sums finite where the turn is slight; and two
-    # on one segment are shrunk until they fit.
-    reach = np.minimum(wanted, shorter)
-    load = reach + np.roll(reach, -1)
-    share = np.where(load > length, length / np.where(load > 0, load, 1.0), 1.0)
-    reach = reach * np.minimum(share, np.roll(share, 1))
-    # Around each corner a blend, or both halves of a turn back; then what is left of the segment after it.
-    powers = np.arange(5, -1, -1)
-    made: list[
-        tuple[float, FloatArray]
-    ] = []  # widths, and coefficients in powers of the parameter
-    for k, (corner, u, v, d) in enumerate(
-        zip(plane, before, ahead, reach.tolist(), strict=True)
-    ):
-        parts: list[
-            tuple[float, Any]
-        ] = []  # coefficients in powers of the share of the width
-        if bent[k]:
-            along = np.array([d, (1 - _SPACING) * d, (1 - 2 * _SPACING) * d])[:, None]
-            control = np.vstack([corner - along * u, corner + along[::-1] * v])
-            blend = [
-                math.comb(5, len(one) - 1) * (one @ control[: len(one)])
-                for one in _DIFFERENCES
-            ]
-            parts = [(5.0 * _SPACING * d, blend)]
-        elif back[k]:
-            # The distance to the tip is r(x)·w, r = (6x² − x⁴)/8, x from −1 to 1: slope 1, no curvature at ±1.
-            w = d / _TIP
-            c4, c2 = w / 8.0 * u, -6.0 * w / 8.0 * u
-            arriving = [
-                0 * c4,
-                c4,
-                -4 * c4,
-                c2 + 6 * c4,
-                -2 * c2 - 4 * c4,
-                corner + c2 + c4,
-            ]
-            parts = [(w, arriving), (w, [0 * c4, c4, 0 * c4, c2, 0 * c4, corner])]
-        made += [
-            (width, np.array(part) / width ** powers[:, None]) for width, part in parts
-        ]
-        rest = float(length[k] - d - reach[(k + 1) % len(plane)])
-        if rest > 1e-12 * length[k]:
-            made.append((rest, np.vstack([np.zeros((4, 2)), v, corner + d * v])))
-    corners = tuple(
-        RoundedCorner(
-            corner=k,
-            turn=float(turn[k]),
-            reach=float(reach[k]),
-            deviation=float(per_reach[k] * reach[k]),
-            shrunk=bool(reach[k] < wanted[k] * (1 - 1e-12)),
-        )
-        for k in np.flatnonzero(bent | back).tolist()
-    )
-    widths, pieces = zip(*made, strict=True)
-    return np.concatenate([[0.0], np.cumsum(widths)]), np.stack(pieces, axis=1), corners
+def _apart(gait: Gait) -> Gait:
+    """Return a merged gait without the corners that are nearer than :data:`SMALLEST` to the one before."""
+
+    def is_apart(corner: FloatArray, other: FloatArray) -> bool:
+        return bool(np.linalg.norm(corner[:2] - other[:2]) > SMALLEST)
+
+    kept = [gait.alpha[0]]
+    for corner in gait.alpha[1:]:
+        if is_apart(corner, kept[-1]):
+            kept.append(corner)
+    while len(kept) > 1 and not is_apart(kept[-1], kept[0]):
+        kept.pop()
+    if len(kept) == len(gait.alpha):
+        return gait
+    fewer = replace(gait, alpha=np.array(kept), colors=gait.colors[: len(kept)])
+    return fewer.merged()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TouchedLimit:
-    """A limit that a law reaches."""
+class _Bends(NamedTuple):
+    """How a closed polyline bends at each of its n corners."""
 
-    limit: str  # "rate", "acceleration" or "jerk"
-    joints: list[int]  # the opposite joints that move alike, 1 and 3 or 2 and 4
-    value: float  # of the limit [rad/s, rad/s² or rad/s³]
-    share: float  # share of the period spent at the limit
-    where: dict[
-        str, Any
-    ]  # the first time at it, t [s], and the tilt angles then, alpha [rad]
+    length: FloatArray  # of the segment after the corner [rad]
+    ahead: FloatArray  # direction of that segment, a unit vector
+    turn: FloatArray  # change of direction, from 0 to π [rad]
+    back: npt.NDArray[np.bool_]  # whether it turns back on its line
+    bent: npt.NDArray[np.bool_]  # whether it turns otherwise
+    per_reach: FloatArray  # deviation from the corner per reach
+    wanted: FloatArray  # the reach for the tolerance [rad]
+    reach: FloatArray  # the reach that fits [rad]
 
-    def __str__(self) -> str:
-        joints, unit = (
-            f"α{self.joints[0]} and α{self.joints[1]}",
-            RATE_UNITS[self.limit],
-        )
-        during = f"during {100 * self.share:.0f} % of the period"
-        return f"{self.limit} of {joints} at its limit {figure(self.value)} {unit} {during}"
+    @classmethod
+    def of(cls, plane: FloatArray, size: float) -> _Bends:
+        """Return the bends of the polyline through two or more points, for a tolerance [rad]."""
+        step = np.roll(plane, -1, axis=0) - plane
+        length = np.linalg.norm(step, axis=1)
+        ahead = step / length[:, None]
+        before = np.roll(ahead, 1, axis=0)
+        sine = before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0]
+        turn = np.arctan2(np.abs(sine), (before * ahead).sum(axis=1))
+        back = turn >= math.pi - SAME_ANGLE
+        bent = (turn > SAME_ANGLE) & ~back
+        per_reach = np.where(bent, 3.0 / 8.0 * np.sin(turn / 2), 0.0)
+        # A turn back leaves no deviation, so it takes all that there is: up to half a segment.
+        shorter = np.minimum(length, np.roll(length, 1))
+        wanted = np.where(back, shorter / 2, 0.0)
+        wanted[bent] = size / per_reach[bent]
+        # A blend never takes more than a whole segment, which keeps sums finite where the turn is slight; and two
+        # on one segment are shrunk until they fit.
+        reach = np.minimum(wanted, shorter)
+        load = np.maximum(reach + np.roll(reach, -1), length)
+        share = length / load
+        reach = reach * np.minimum(share, np.roll(share, 1))
+        return cls(length, ahead, turn, back, bent, per_reach, wanted, reach)
 
+    def curve(self, plane: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return breaks and pieces: around each corner a blend, then what is left of the segment after it."""
+        left = self.length - self.reach - np.roll(self.reach, -1)
+        widths: list[float] = []
+        parts: list[FloatArray] = []  # in powers of the share of the width
+        for k, corner in enumerate(plane):
+            u, v = self.ahead[k - 1], self.ahead[k]
+            d = float(self.reach[k])
+            if self.bent[k]:
+                turned = d * (v - u)
+                blend = [-turned, 2 * turned, 0 * u, 2 * d * u, corner - d * u]
+                widths.append(2 * d)
+                parts.append(np.array(blend))
+            elif self.back[k]:
+                half = d / _TIP
+                for distance in (_TO_TIP, _FROM_TIP):
+                    part = -np.outer(distance, half * u)
+                    part[-1] += corner
+                    widths.append(half)
+                    parts.append(part)
+            if left[k] > _LEFT * self.length[k]:
+                straight = [0 * v, 0 * v, 0 * v, left[k] * v, corner + d * v]
+                widths.append(float(left[k]))
+                parts.append(np.array(straight))
+        powers = np.arange(4, -1, -1)[:, None]
+        pieces = np.stack(parts, axis=1) / (np.array(widths) ** powers)[..., None]
+        return np.concatenate([[0.0], np.cumsum(widths)]), pieces
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class LimitedGait(TimedGait):
-    """A timed gait that keeps limits; its law is closed, twice differentiable, and polynomial between knots.
-
-    Parameters
-    ----------
-    gait
-        A polyline: the gait itself if the law rests at its corners, else points of the curve.
-    period, law, samples
-        As for a timed gait; the law is named "least-period" or "paced".
-    curve
-        The curve that is run, or None for a polyline.
-    widths
-        Widths of the intervals of time between knots, shape (m,) [s]; they add up to the period.
-    tilts
-        (α1, α2) on these intervals as polynomials of the share of the interval that has passed, highest power first,
-        shape (degree + 1, m, 2) [rad].
-    limits
-        The limits that the law keeps: rate, acceleration and jerk of α1 and α2, shape (3, 2), infinite for none.
-    stretch
-        Factor, minus 1, by which time was stretched to keep the limits between samples too.
-    rounding
-        The gait whose rounded corners are the curve; None for a polyline, and for a curve of another kind.
-    """
-
-    curve: Curve | None
-    widths: FloatArray
-    tilts: FloatArray
-    limits: FloatArray
-    stretch: float = 0.0
-    rounding: Rounding | None = None
-
-    @property
-    def stated_corners(self) -> FloatArray | None:
-        """The corners from which the law follows, with its limits and rounding, shape (n, 4) [rad]; None for others.
-
-        A law under a jerk limit along rounded corners takes too long to be found again.
-        """
-        if self.rounding is None:
-            return self.gait.alpha if self.curve is None else None
-        under_jerk = bool(np.isfinite(self.limits[2]).any())
-        return None if under_jerk else self.rounding.gait.alpha
-
-    def with_gait(self, gait: Gait) -> Self:
-        """Return the same law for another vehicle, or other coefficients, of a gait; see :meth:`TimedGait.with_gait`."""
-        curve = self.curve
-        if curve is not None:
-            curve = replace(
-                curve,
-                vehicle=gait.vehicle,
-                coefficients=gait.coefficients,
-                crossing_tolerance=gait.crossing_tolerance,
+    def corners(self) -> tuple[RoundedCorner, ...]:
+        """Return the blends, at the corners that have one."""
+        return tuple(
+            RoundedCorner(
+                corner=k,
+                turn=float(self.turn[k]),
+                reach=float(self.reach[k]),
+                deviation=float(self.per_reach[k] * self.reach[k]),
+                shrunk=bool(self.reach[k] < self.wanted[k] * (1 - 1e-12)),
             )
-        return replace(self, gait=gait, curve=curve)
-
-    @property
-    def made_for(self) -> dict[str, list[float]]:
-        """The limits that the law keeps; see :attr:`TimedGait.made_for`."""
-        return {
-            kind: np.tile(limits, 2).tolist()
-            for kind, limits in zip(RATE_UNITS, self.limits, strict=True)
-            if np.isfinite(limits).all()
-        }
-
-    def with_period(self, period: float) -> Self:
-        """Return the same law over another period [s], named "paced"; its limits are as they were, its peaks are not."""
-        widths = self.widths * (period / self.period)
-        return replace(self, law="paced", period=float(period), widths=widths)
-
-    @property
-    def corner_times(self) -> FloatArray:
-        """The knots, between which the law is a polynomial, from 0 to the period, shape (m + 1,) [s]."""
-        times = np.concatenate([[0.0], np.cumsum(self.widths[:-1]), [self.period]])
-        return read_only(times)
-
-    def at(self, t: npt.ArrayLike) -> Motion:
-        """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""
-        return Motion(*(self.derivative(t, order) for order in range(3)))
-
-    def derivative(self, t: npt.ArrayLike, order: int) -> FloatArray:
-        """Return a derivative of the tilt angles at times of shape (...) [s]; the third one jumps at knots."""
-        piece, local = located(self.corner_times, t)
-        h, gait = self.widths[piece], self.gait
-        plane = (
-            values_of(derivative_of(self.tilts, order)[:, piece], local / h)
-            / h[..., None] ** order
-        )
-        return _lift(
-            plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, order
+            for k in np.flatnonzero(self.bent | self.back).tolist()
         )
 
-    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
-        """Return upper bounds from Bernstein coefficients; they are the sharper the more knots there are."""
-        return [
-            np.tile(peaks_of(self.widths, self.tilts, order).max(axis=0), 2)
-            for order in orders
-        ]
 
-    def limits_touched(self, within: float = 0.01) -> tuple[TouchedLimit, ...]:
-        """Return the limits that the law comes within a share of, and for what share of the period."""
-        out = []
-        for order, (kind, limits) in enumerate(
-            zip(RATE_UNITS, self.limits, strict=True), start=1
-        ):
-            peaks = peaks_of(self.widths, self.tilts, order)
-            for joint, limit in enumerate(limits.tolist()):
-                touched = (peaks[:, joint] >= limit * (1 - within)) & (
-                    peaks[:, joint] > 0
-                )
-                if touched.any():
-                    t = float(self.corner_times[int(np.argmax(touched))])
-                    share = float(self.widths[touched].sum() / self.period)
-                    joints, where = (
-                        [joint + 1, joint + 3],
-                        {"t": t, "alpha": self.derivative(t, 0).tolist()},
-                    )
-                    out.append(
-                        TouchedLimit(
-                            limit=kind,
-                            joints=joints,
-                            value=limit,
-                            share=share,
-                            where=where,
-                        )
-                    )
-        return tuple(out)
-
-    def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the corners of the loop; a curve has them only where it turns back on its line."""
-        if self.curve is None:
-            return self.gait.vertices(tolerance)
-        at = self.curve.turning_points()
-        return self.curve.at(
-            at[np.linalg.norm(self.curve.at(at, 1), axis=1) <= tolerance]
-        )
-
-    def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
-        """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
-        return (self.curve or self.gait).check(**options).with_timing(self)
-
-
-def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArray:
-    """Return nodes from 0 to the span of a path, all breaks among them, evenly within pieces.
-
-    Half of the nodes are spread by width, half by how much a piece bends, where the limits of the joints change.
-    Speeds change much beside a short piece: distances shrink towards it by 30 % from one node to the next.
-    """
-    width = np.diff(breaks)
-    control = bernstein_from_power(derivative_of(pieces, 2), width)
-    bend = width * np.linalg.norm(control, axis=-1).max(axis=0)
-    share = width / width.sum()
-    if bend.sum() > 0:
-        share = (share + bend / bend.sum()) / 2
-    steps = width / np.maximum(np.ceil(nodes * share * (1 - 1e-12)), _FEWEST)
-    at_break = np.minimum(steps, np.roll(steps, 1))
-    parts = []
-    for k, (whole, step) in enumerate(zip(width.tolist(), steps.tolist(), strict=True)):
-        sides: list[list[float]] = []
-        for nearest in (float(at_break[k]), float(at_break[(k + 1) % len(steps)])):
-            count = math.ceil(math.log(step / nearest) / math.log1p(_GROWTH))
-            sizes = nearest * (1 + _GROWTH) ** np.arange(count)
-            sides.append(
-                sizes[
-                    (sizes < step / (1 + _GROWTH)) & (np.cumsum(sizes) < whole / 2)
-                ].tolist()
-            )
-        middle = whole - sum(sides[0]) - sum(sides[1])
-        count = max(math.ceil(middle / step * (1 - 1e-12)), 1)
-        parts.append(
-            breaks[k]
-            + np.cumsum([0.0, *sides[0], *[middle / count] * count, *sides[1][::-1]])[
-                :-1
-            ]
-        )
-    return np.concatenate([*parts, breaks[-1:]])
-
-
-def _lift(
+def lifted(
     plane: FloatArray,
     color: str,
     first: FloatArray,
@@ -566,11 +364,10 @@ def _lift(
 
     Never wrapped: (α3, α4) above `first` is taken from [−π/2, π/2], and the others follow without a jump.
     """
-    sign = 1.0 if color == "red" else -1.0
+    sign = -1.0 if color == "blue" else 1.0
     other = sign * plane
-    if not derivative:
-        above = sheet_angles(
-            "red" if color == "red" else "blue", first[0], first[1], coefficients
-        )
+    if derivative == 0:
+        sheet: Any = "blue" if color == "blue" else "red"
+        above = sheet_angles(sheet, first[0], first[1], coefficients)
         other = np.array(above) - sign * first + other
     return np.concatenate([plane, other], axis=-1)

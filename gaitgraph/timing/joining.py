@@ -32,7 +32,7 @@ from gaitgraph.gait.table import (
     accelerations_of,
     completed_table,
 )
-from gaitgraph.timing.laws import times_from
+from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import (
     JOINED,

@@ -1,210 +1,59 @@
-"""Time-optimal laws: limits, the least period under them, and a law for a given period.
+"""Time-optimal laws: the least period under limits, and a law for a given period.
 
-The largest rate, acceleration and jerk of a law are bounded between samples too. Where one exceeds its limit, time is
-stretched by the exact factor.
+A route is what is run: a smooth curve, or a polyline with a rest at each corner. Along a curve the limits hold at nodes
+first. Where the law between two nodes exceeds one, the limits at these nodes are lowered by as much and the law is found
+again. In the end time is stretched by the exact factor with which the largest rate, acceleration and jerk, bounded
+between samples too, meet their limits. A jerk limit changes only how speeds at nodes are found.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from operator import itemgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from gaitgraph.angles import (
-    angle_from_text,
-    figure,
-    is_list,
-    number_of,
-    whole_number,
-)
-from gaitgraph.arrays import freeze_arrays, read_only
-from gaitgraph.errors import Advice, InputError, shown
+from gaitgraph.angles import whole_number
+from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_UNITS
-from gaitgraph.invertibility.forms import FloatArray
-from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
-from gaitgraph.timing.laws import (
-    LAWS,
-    fastest_squared_speeds,
-    laws_under_jerk,
-    peaks_of,
+from gaitgraph.timing.curve import Curve, Rounding, rounded
+from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.limited_gait import LimitedGait
+from gaitgraph.timing.limits import Limits, limits_of
+from gaitgraph.timing.node_laws import (
+    JerkProgrammes,
+    NodeLaw,
+    fastest_speeds,
+    grid_along,
     rest_to_rest,
-    smoothed_law,
-    tilts_over_time,
 )
+from gaitgraph.timing.polynomials import peaks_of
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping, Sequence
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.timing.limited_gait import TouchedLimit
+    from gaitgraph.timing.limits import Limit
     from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.vehicle import Each, Vehicle, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
-Limit = float | str | Sequence[float | str] | FloatArray | None
-
-_NODES, _NODES_UNDER_JERK = 1000, 300
+_NODES = 2000  # twice as many gain less than 0.05 % of the period
+_NODES_UNDER_JERK = 300  # a programme then takes a tenth of a second
 _MOST_NODES_UNDER_JERK = 5000  # with more, programmes take minutes
 _SHORTEST, _LONGEST = 1e-6, 1e9  # limits of the period of a timed gait [s]
-# Windows of the averages, as shares of the period; the first one with a stretch of at most `_ENOUGH` is used.
-_WINDOWS = (1e-3, 3e-4, 1e-4)
-_ENOUGH = 5e-4
-_WINDOWS_UNDER_JERK = (0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3)
-_BRIEF = 1e-3  # least share of the period spent at a limit
-_CORRECTIONS = 4
-_SETTLED = 1e-3
-_STILL = _ROUND_OFF = 1e-12
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, init=False, eq=False)
-class Limits:
-    """Largest sizes of the derivatives of the tilt angles.
-
-    Parameters
-    ----------
-    rate, acceleration, jerk
-        One number for all four joints or one for each, radians per second (per second squared, cubed) or texts such
-        as "200deg"; None for no limit, zero for a joint that must stand still. Acceleration or jerk must be limited:
-        under a rate limit alone there is no fastest smooth law.
-
-    Examples
-    --------
-    >>> Limits(rate="180deg", acceleration=40).rate.round(4).tolist()
-    [3.1416, 3.1416, 3.1416, 3.1416]
-    """
-
-    rate: FloatArray | None
-    acceleration: FloatArray | None
-    jerk: FloatArray | None
-
-    def __init__(
-        self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None
-    ) -> None:
-        if acceleration is None and jerk is None:
-            raise _without_acceleration(rate, None)
-        for (kind, unit), value in zip(
-            RATE_UNITS.items(), (rate, acceleration, jerk), strict=True
-        ):
-            numbers = None
-            if value is not None:
-                parts: Any = value if is_list(value) else [value] * 4
-                try:
-                    numbers = np.array([angle_from_text(part, kind) for part in parts])
-                except InputError:
-                    numbers = np.array([np.nan])
-                if (
-                    numbers.shape != (4,)
-                    or not (
-                        (numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))
-                    ).all()
-                ):
-                    rule = f"0, or 1e-9 to 1e12 {unit}, or four such numbers, or texts such as '200deg'"
-                    raise InputError(
-                        f"{kind} must be {rule}, got {shown(value)}", field=kind
-                    )
-            object.__setattr__(self, kind, numbers)  # the record is frozen
-        freeze_arrays(self)
-
-    def __repr__(self) -> str:
-        stated = {name: getattr(self, name) for name in RATE_UNITS}
-        texts = [
-            f"{name}={one.tolist()}" for name, one in stated.items() if one is not None
-        ]
-        return f"Limits({', '.join(texts)})"
-
-    @property
-    def in_plane(self) -> FloatArray:
-        """Rate, acceleration and jerk limits of α1 and α2, shape (3, 2), infinite for none.
-
-        Opposite joints move by as much, so the lower of their limits counts.
-        """
-        values = (
-            np.full(4, np.inf) if value is None else value
-            for value in (self.rate, self.acceleration, self.jerk)
-        )
-        return read_only(
-            np.array([np.minimum(value[:2], value[2:]) for value in values])
-        )
-
-    def completed(self, extent: FloatArray) -> FloatArray:
-        """Return the limits of α1 and α2, completed by those that follow from them, shape (3, 2).
-
-        Landau's and Kolmogorov's inequalities relate the derivatives of a bounded motion, with x within ±extent/2:
-        |ẋ|² ≤ extent·|ẍ|, |ẍ|² ≤ 2|ẋ|·|x⃛| and |ẍ|³ ≤ (3/2)·extent·|x⃛|². The extent is the range of α1 and α2 over
-        the whole motion, shape (2,) [rad].
-        """
-        rate, acceleration, jerk = self.in_plane
-        with np.errstate(invalid="ignore", over="ignore"):
-            acceleration = np.minimum(acceleration, np.cbrt(1.5 * extent * jerk**2))
-            acceleration = np.fmin(acceleration, np.sqrt(2.0 * rate * jerk))
-            rate = np.minimum(rate, np.sqrt(extent * acceleration))
-        return np.stack([rate, acceleration, jerk])
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return the limits as plain values: a number where all joints share it."""
-        return {
-            kind: float(value[0]) if np.ptp(value) == 0 else value.tolist()
-            for kind in RATE_UNITS
-            if (value := getattr(self, kind)) is not None
-        }
-
-
-def limits_of(
-    vehicle: Vehicle,
-    made_for: Mapping[str, Limit] | None = None,
-    *,
-    servo_lag: float | None = None,
-    **given: Limit,
-) -> Limits:
-    """Return the limits of a vehicle; limits that are `given` by the names of :class:`Limits` replace them.
-
-    Where the vehicle states none those count that a table was `made_for`. Without a limit of acceleration or jerk the
-    error proposes the rate over the `servo_lag` [s], by default the vehicle's.
-    """
-    limits: dict[str, Limit] = dict(made_for or {})
-    for kind in RATE_UNITS:
-        stated = getattr(vehicle, f"max_tilt_{kind}")
-        limit = stated if given.get(kind) is None else given[kind]
-        if limit is not None:
-            limits[kind] = limit
-    if "acceleration" not in limits and "jerk" not in limits:
-        lag = vehicle.servo_lag if servo_lag is None else servo_lag
-        raise _without_acceleration(limits.get("rate"), lag)
-    return Limits(**limits)
-
-
-def _without_acceleration(rate: Limit, servo_lag: Each | None) -> InputError:
-    """Return the error of limits without an acceleration; it proposes the rate over the slowest servo's time constant."""
-    lags = np.array([number_of(one) for one in four_of(servo_lag)])
-    rates = Limits(rate=rate, acceleration=1.0).rate
-    stated = "state max_tilt_acceleration in the vehicle, or use"
-    unknown = "if it is not known, take the rate over the servo's time constant"
-    if rates is None or not (rates > 0).all() or not (lags > 0).all():
-        advice = Advice(
-            f"{stated} Limits(acceleration=…); {unknown} (rate over servo_lag)",
-            f"{stated} --max-acceleration; {unknown} (--max-rate over --servo-lag)",
-        )
-    else:
-        joint = int(np.argmin(rates / lags))
-        quotient = f"{figure(rates[joint])} rad/s over {lags[joint]:g} s"
-        proposed = f"{rates[joint] / lags[joint]:.3g}"
-        advice = Advice(
-            f"{stated} Limits(acceleration=…); {unknown}: {quotient}, acceleration={proposed}",
-            f"{stated} --max-acceleration; {unknown}: {quotient}, --max-acceleration {proposed}",
-        )
-    return InputError(
-        "limits must have an acceleration or a jerk, got neither",
-        field="limits",
-        advice=advice,
-    )
+_CORRECTIONS = 4  # after which limits at nodes are lowered no more
+_ENOUGH = 1e-5  # stretch of time that is not worth another correction
+_STILL = 1e-12  # extent of an angle that does not move [rad]
+_ROUND_OFF = 1e-12  # share by which time is stretched more than the peaks ask for
 
 
 class Origin(NamedTuple):
@@ -356,11 +205,11 @@ def least_period(
     (True, 0.8, True)
     """
     checked_clock(1.0, "smooth", samples=samples, rate=rate)
-    answer = _Task(path, limits, rounding).least(nodes, progress)
-    if answer.timed is not None:
-        count = checked_clock(answer.timed.period, "smooth", samples=samples, rate=rate)
-        answer = replace(answer, timed=replace(answer.timed, samples=count))
-    return answer
+    answer = _least(_routes(path, limits, rounding), nodes, progress)
+    if answer.timed is None:
+        return answer
+    count = checked_clock(answer.timed.period, "smooth", samples=samples, rate=rate)
+    return replace(answer, timed=replace(answer.timed, samples=count))
 
 
 def paced(
@@ -388,40 +237,18 @@ def paced(
     T = 0.7 s is too short: α1 alone needs at least 0.8000 s under the limits
     """
     count = checked_clock(period, "smooth", samples=samples, rate=rate)
-    task = _Task(path, limits, rounding)
-    if task.still:
-        timed = task.timed(np.array([float(period)]), task.gait.alpha[None, :1, :2])
-        return task.answer(
-            "ok", timed=replace(timed, law="paced", samples=count), least=0.0
-        )
-    found = task.least(nodes, progress)
-    if found.timed is None or found.least is None:
-        return found
-    if period >= found.least:
-        timed = replace(found.timed.with_period(period), samples=count)
-        return replace(found, timed=timed)
-    touch = max(found.timed.limits_touched(), key=lambda touch: touch.share)
-    reason = f"T = {period:g} s is too short: "
-    if period < found.lower_bound:
-        bound, joint = task.lower_bound()
-        reason += f"α{joint} alone needs" if joint else "any law along this path needs"
-        reason += f" at least {bound:.4f} s under the limits"
-    else:
-        reached = touch.value * (found.least / period) ** (
-            1 + list(RATE_UNITS).index(touch.limit)
-        )
-        reason += (
-            f"the least found is {found.least:.4f} s; at T the {touch.limit} of α{touch.joints[0]} and "
-            f"α{touch.joints[1]} would reach {reached:.3g} {RATE_UNITS[touch.limit]}, limit {touch.value:.3g}"
-        )
-    return replace(
-        found,
-        status="too short",
-        reason=reason,
-        timed=None,
-        limit=touch.limit,
-        where=touch.where,
-    )
+    routes = _routes(path, limits, rounding)
+    answer = _least(routes, nodes, progress)
+    if answer.status == "still":
+        timed = replace(routes[0].standing(float(period)), samples=count)
+        return routes[0].answer("ok", timed=timed, least=0.0)
+    if answer.timed is None or answer.least is None:
+        return answer
+    if period < answer.least:
+        touched = answer.timed.limits_touched()
+        return _too_short(answer, period, answer.least, touched, _lower_bound(routes))
+    timed = replace(answer.timed.with_period(period), samples=count)
+    return replace(answer, timed=timed)
 
 
 def timed_by_law(
@@ -440,77 +267,127 @@ def timed_by_law(
     """
     if law in LAWS or not limits:
         return gait.parametrize(period, law=law, samples=samples)
-    kept = Limits(**limits)
-    task = _Task(gait, kept, rounding)
-    found = paced(gait, kept, period=period) if task.still else task.least(None, None)
-    if found.timed is None:
-        raise InputError(f"limits must allow a law, got none: {found.reason}")
-    return replace(found.timed.with_period(period), law=law, samples=samples)
+    routes = _routes(gait, Limits(**limits), rounding)
+    answer = _least(routes, None, None)
+    timed = answer.timed
+    if answer.status == "still":
+        timed = routes[0].standing(period)
+    if timed is None:
+        raise InputError(f"limits must allow a law, got none: {answer.reason}")
+    return replace(timed.with_period(period), law=law, samples=samples)
 
 
-class _Task:
-    """A path and the limits to keep: a smooth curve, or if `curve` is None a polyline with a rest at each corner."""
+# -- What is run
 
-    def __init__(
-        self,
-        path: GaitLike | Curve,
-        limits: Limits | None,
-        rounding: float | str | None = None,
-    ) -> None:
-        if limits is not None and not isinstance(limits, Limits):
-            raise InputError(
-                f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}",
-                field="limits",
-            )
-        made_for: Mapping[str, Limit] = {}
-        if isinstance(path, Curve):
-            if rounding is not None:
-                raise InputError(
-                    f"rounding must be None for a curve, which has no corners, got {shown(rounding)}",
-                    field="rounding",
-                )
-            gait, curve, made = path.polyline(), path, None
-        else:
-            origin = origin_of(path)
-            gait = origin.gait
-            made_for = origin.limits
-            if rounding is None:
-                rounding = origin.rounding
-            made = rounded(gait, 1e-3 if rounding is None else rounding)
-            curve = made.curve
-        self.rounding = None if rounding is None else made
-        # A gait that only turns back on its line is smooth as it is, whatever the tolerance.
-        rests = made is not None and rounding is None and made.deviation > 0
-        self.curve = None if rests else curve
-        self.gait = replace(
-            gait.merged() if rests else curve.polyline(), request=gait.request
-        )
-        self.plane = (self.gait.alpha if rests else curve.at(curve.turning_points()))[
-            :, :2
-        ]
-        if limits is None:
-            limits = limits_of(self.gait.vehicle, made_for)
-        self.limits = limits
-        self.limited = self.limits.in_plane
-        self.extent = np.ptp(self.plane, axis=0)
-        self.moves = self.extent > _STILL
-        self.still = not self.moves.any()
-        # The same gait with rests at its corners, if this one rounds them.
-        rounds = self.rounding is not None and self.rounding.deviation > 0
-        self.resting: _Task | None = _Task(gait, self.limits) if rounds else None
 
-    def answer(self, status: str, reason: str = "", **found: Any) -> LeastPeriod:
+class _Bound(NamedTuple):
+    """A proven lower bound of the period [s], and what needs so long."""
+
+    period: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Route:
+    """What is run under limits: a smooth curve, or without one the polyline of `gait` with a rest at each corner."""
+
+    gait: Gait
+    limits: Limits
+    curve: Curve | None = None
+    rounding: Rounding | None = None
+
+    @property
+    def plane(self) -> FloatArray:
+        """(α1, α2) at the corners, or where a curve may turn round, shape (n, 2) [rad]."""
+        if self.curve is None:
+            return self.gait.alpha[:, :2]
+        return self.curve.at(self.curve.turning_points())[:, :2]
+
+    @property
+    def extent(self) -> FloatArray:
+        """The ranges of α1 and α2, shape (2,) [rad]."""
+        extent: FloatArray = np.ptp(self.plane, axis=0)
+        return extent
+
+    @property
+    def moves(self) -> npt.NDArray[np.bool_]:
+        """Whether α1 and α2 move, shape (2,)."""
+        return self.extent > _STILL
+
+    def answer(self, status: str, reason: str = "", **more: Any) -> LeastPeriod:
+        """Return an answer for this route."""
         return LeastPeriod(
             status=status,
             reason=reason,
             limits=self.limits,
             rounding=self.rounding,
-            **found,
+            **more,
         )
 
-    def timed(
-        self, widths: FloatArray, tilts: FloatArray, stretch: float = 0.0
-    ) -> LimitedGait:
+    def out_of_range(self, period: float) -> LeastPeriod:
+        """Return the answer for a least period that a timed gait cannot have."""
+        beyond = "above 1e9 s" if period > _LONGEST else "below 1e-6 s"
+        return self.answer(
+            "no period", f"the least period under the limits would be {beyond}"
+        )
+
+    def blocked(self) -> LeastPeriod | None:
+        """Return the answer for a limit of zero on a joint that must move, if there is one."""
+        for kind, limit in zip(RATE_UNITS, self.limits.in_plane, strict=True):
+            for joint in np.flatnonzero((limit == 0) & self.moves).tolist():
+                number = joint + 1
+                if getattr(self.limits, kind)[joint] != 0:
+                    number = joint + 3
+                changes = (self.gait.ends != self.gait.alpha)[:, joint]
+                alpha = self.gait.alpha[int(np.argmax(changes))].tolist()
+                place = ", ".join(f"{angle:.3f}" for angle in alpha)
+                reason = f"no period keeps the {kind} limit 0 of α{number}, which must move after ({place})"
+                return self.answer(
+                    "no period", reason, limit=kind, where={"alpha": alpha}
+                )
+        return None
+
+    def lower_bound(self) -> _Bound:
+        """Return a proven lower bound of the period.
+
+        Between two turns, where its rate is zero, a joint takes at least as long as the fastest motion from rest to
+        rest. Over any part of the path a law takes at least |Δαᵢ|/rate. And by the inequality of Bohr and Favard half
+        the extent of a periodic motion is at most jerk·(π³/24)·(T/2π)³.
+        """
+        rate, acceleration, jerk = self.limits.completed(self.extent)
+        bounds = []
+        for joint in np.flatnonzero(self.moves).tolist():
+            v, a = float(rate[joint]), float(acceleration[joint])
+            runs = _runs(self.plane[:, joint])
+            times = 2.0 * np.sqrt(runs / a)
+            if math.isfinite(v):
+                times = np.where(runs * a > v * v, runs / v + v / a, times)
+            by_jerk = np.cbrt(96.0 * self.extent[joint] / jerk[joint])
+            alone = max(float(times.sum()), float(by_jerk))
+            bounds.append(_Bound(alone, f"α{joint + 1} alone needs"))
+        step = np.abs(self.gait.ends - self.gait.alpha)[:, :2]
+        times = (step[:, self.moves] / rate[self.moves]).max(axis=1)
+        bounds.append(_Bound(float(times.sum()), "any law along this path needs"))
+        return max(bounds, key=lambda bound: bound.period)
+
+    def standing(self, period: float) -> LimitedGait:
+        """Return the law of a point, which stands still for a period [s]."""
+        timed = self._timed(np.array([period]), self.gait.alpha[None, :1, :2])
+        return replace(timed, law="paced")
+
+    def kept(self, law: NodeLaw) -> LimitedGait:
+        """Return the gait with a law whose time is stretched or shortened until its peaks meet the limits."""
+        tilts = law.tilts()
+        factor = 0.0
+        for order, limit in enumerate(self.limits.in_plane, start=1):
+            peak = _peaks_of(law, tilts, order).max(axis=0)
+            counts = np.isfinite(limit) & self.moves
+            for share in peak[counts] / limit[counts]:
+                factor = max(factor, float(share) ** (1.0 / order))
+        widths = law.durations * (factor * (1.0 + _ROUND_OFF))
+        return replace(self._timed(widths, tilts), stretch=factor - 1.0)
+
+    def _timed(self, widths: FloatArray, tilts: FloatArray) -> LimitedGait:
         """Return the gait with a law given as (α1, α2) on intervals of time; its table has one interval."""
         return LimitedGait(
             gait=self.gait,
@@ -520,188 +397,184 @@ class _Task:
             curve=self.curve,
             widths=widths,
             tilts=tilts,
-            limits=self.limited,
-            stretch=stretch,
+            limits=self.limits.in_plane,
             rounding=self.rounding,
         )
 
-    def least(
-        self, nodes: int | None, progress: Callable[[str], None] | None
-    ) -> LeastPeriod:
-        """Return the answer with the fastest law; its table has one interval."""
-        if nodes is None:
-            nodes = _NODES if self.limits.jerk is None else _NODES_UNDER_JERK
-        nodes = whole_number("nodes", nodes, 10, 100_000)
-        if self.still:
-            reason = "the gait is a point and stands still, so it has no least period"
-            return self.answer("still", reason, least=0.0)
-        for kind, limit in zip(RATE_UNITS, self.limited, strict=True):
-            for joint in np.flatnonzero((limit == 0) & self.moves).tolist():
-                number = (
-                    joint + 1 if getattr(self.limits, kind)[joint] == 0 else joint + 3
-                )
-                alpha = self.gait.alpha[
-                    int(np.argmax((self.gait.ends != self.gait.alpha)[:, joint]))
-                ].tolist()
-                place = ", ".join(f"{angle:.3f}" for angle in alpha)
-                reason = f"no period keeps the {kind} limit 0 of α{number}, which must move after ({place})"
-                return self.answer(
-                    "no period", reason, limit=kind, where={"alpha": alpha}
-                )
-        bound, _ = self.lower_bound()
-        if bound > _LONGEST:
-            return self._out_of_range(bound)
-        if progress is not None:
-            progress("looking for the fastest law")
-        task, (timed, note), at_rest = self, self._fastest(nodes, progress), None
-        if self.resting is not None:
-            slow, _ = self.resting._fastest(nodes, None)
-            at_rest = slow.period
-            if at_rest < timed.period:
-                times = f"{at_rest:.4f} s, against {timed.period:.4f} s with rounded corners"
-                note = "; ".join(filter(None, (f"rests at the corners: {times}", note)))
-                task, timed = self.resting, slow
-        least = timed.period
-        if not _SHORTEST <= least <= _LONGEST:
-            return task._out_of_range(least)
-        bound = min(bound, least)
-        found: dict[str, Any] = {
-            "timed": timed,
-            "least": least,
-            "at_rest": at_rest,
-            "stretch": timed.stretch,
-        }
-        return task.answer("ok", note=note, lower_bound=bound, **found)
 
-    def _out_of_range(self, period: float) -> LeastPeriod:
-        """Return the answer for a least period that a timed gait cannot have."""
-        beyond = "above 1e9 s" if period > _LONGEST else "below 1e-6 s"
-        return self.answer(
-            "no period", f"the least period under the limits would be {beyond}"
+def _runs(values: FloatArray) -> FloatArray:
+    """Return how far a periodic sequence runs from turn to turn, without noise."""
+    values = values[np.abs(values - np.roll(values, 1)) > _STILL]
+    rises = np.roll(values, -1) > values
+    turns = values[rises != np.roll(rises, 1)]
+    return np.asarray(np.abs(turns - np.roll(turns, 1)))
+
+
+def _peaks_of(law: NodeLaw, tilts: FloatArray, order: int) -> FloatArray:
+    """Return upper bounds of a derivative by time on the intervals of a law, shape (n, 2)."""
+    ones = np.ones(len(law.durations))
+    by_share = peaks_of(tilts, ones, order)
+    return np.asarray(by_share / law.durations[:, None] ** order)
+
+
+def _routes(
+    path: GaitLike | Curve, limits: Limits | None, rounding: float | str | None
+) -> list[_Route]:
+    """Return what may be run: with rounded corners the curve, and the polyline with rests in case that is quicker."""
+    if limits is not None and not isinstance(limits, Limits):
+        raise InputError(
+            f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}",
+            field="limits",
         )
-
-    def lower_bound(self) -> tuple[float, int]:
-        """Return a proven lower bound of the period, and the joint (1 or 2) that decides it, 0 for both.
-
-        Between two turns, where its rate is zero, a joint takes at least as long as the fastest motion from rest to
-        rest. Over any part of the path a law takes at least |Δαᵢ|/rate. And by the inequality of Bohr and Favard half
-        the extent of a periodic motion is at most jerk·(π³/24)·(T/2π)³.
-        """
-        rate, acceleration, jerk = self.limits.completed(self.extent)
-        bounds = [0.0, 0.0]
-        for joint in np.flatnonzero(self.moves).tolist():
-            # The values at which the angle turns round, in order, without noise.
-            values = self.plane[:, joint]
-            values = values[np.abs(values - np.roll(values, 1)) > _STILL]
-            rises = np.roll(values, -1) > values
-            values = values[rises != np.roll(rises, 1)]
-            runs = np.abs(values - np.roll(values, 1))
-            v, a = float(rate[joint]), float(acceleration[joint])
-            cruise = (
-                runs / v + v / a if math.isfinite(v) else np.full_like(runs, np.inf)
+    if isinstance(path, Curve):
+        if rounding is not None:
+            raise InputError(
+                f"rounding must be None for a curve, which has no corners, got {shown(rounding)}",
+                field="rounding",
             )
-            alone = float(
-                np.where(runs * a > v * v, cruise, 2.0 * np.sqrt(runs / a)).sum()
-            )
-            bounds[joint] = max(
-                alone, float(np.cbrt(96.0 * self.extent[joint] / jerk[joint]))
-            )
-        step = np.abs(self.gait.ends - self.gait.alpha)[:, :2]
-        together = float((step[:, self.moves] / rate[self.moves]).max(axis=1).sum())
-        answers = [
-            max(((bounds[0], 1), (bounds[1], 2), (together, 0)), key=itemgetter(0))
-        ]
-        if self.resting is not None:
-            answers.append(self.resting.lower_bound())
-        return min(answers, key=itemgetter(0))
+        gait = path.polyline()
+        known = limits or limits_of(gait.vehicle)
+        return [_Route(gait=gait, limits=known, curve=path)]
+    origin = origin_of(path)
+    gait = origin.gait
+    tolerance = origin.rounding if rounding is None else rounding
+    made = rounded(gait, 1e-3 if tolerance is None else tolerance)
+    known = limits or limits_of(gait.vehicle, origin.limits)
+    resting = _Route(gait=replace(gait.merged(), request=gait.request), limits=known)
+    smooth = _Route(
+        gait=replace(made.curve.polyline(), request=gait.request),
+        limits=known,
+        curve=made.curve,
+        rounding=None if tolerance is None else made,
+    )
+    # A gait that only turns back on its line is smooth as it is, whatever the tolerance.
+    if made.deviation == 0:
+        return [smooth]
+    return [resting] if tolerance is None else [smooth, resting]
 
-    def _fastest(
-        self, nodes: int, progress: Callable[[str], None] | None
-    ) -> tuple[LimitedGait, str]:
-        """Return the gait with the fastest law found, and a note if it was not optimised."""
-        completed = self.limits.completed(self.extent)
-        if self.curve is None:
-            return self._kept(
-                *rest_to_rest(
-                    self.plane, self.limited[0], completed[1], self.limited[2]
-                )
-            ), ""
-        # A joint that stands still keeps any limit.
-        rate, acceleration, jerk = np.where(self.moves, completed, 1.0)
-        path = (self.curve.breaks, self.curve.pieces)
-        s = nodes_along(*path, nodes)
-        width, first, second = (
-            np.diff(s),
-            *(self.curve.at(s, order)[:, :2] for order in (1, 2)),
-        )
-        squared = fastest_squared_speeds(first, second, width, rate, acceleration)
-        # Averages and nodes cannot resolve limits that are reached for less than a thousandth of the period.
-        period = float(
-            (2 * width / (np.sqrt(squared[1:]) + np.sqrt(squared[:-1]))).sum()
-        )
-        acceleration = np.minimum(acceleration, rate / (_BRIEF * period))
-        jerk = np.minimum(jerk, acceleration / (_BRIEF * period))
-        squared = fastest_squared_speeds(first, second, width, rate, acceleration)
-        if self.limits.jerk is None:
-            for window in _WINDOWS:
-                found = self._kept(
-                    *tilts_over_time(smoothed_law(s, squared, window), *path)
-                )
-                if found.stretch <= _ENOUGH:
-                    break
-            return found, ""
-        laws = [smoothed_law(s, squared, window) for window in _WINDOWS_UNDER_JERK]
-        candidates = [(self._kept(*tilts_over_time(law, *path)), law) for law in laws]
-        found, law = min(candidates, key=lambda one: one[0].period)
-        if len(width) > _MOST_NODES_UNDER_JERK:
-            many = f"{len(width)} nodes on {len(self.curve.breaks) - 1} pieces are more than {_MOST_NODES_UNDER_JERK}"
-            advice = "for a faster law thin out the table, ask for fewer nodes, or drop the jerk limit"
-            return found, f"not optimised under the jerk limit: {many}; {advice}"
-        # Programmes start from the speeds of the best law, over three turns so that they cover the path from s = 0.
-        turns = np.concatenate(
-            [law.s[:-1] + turn * float(s[-1]) for turn in (-1, 0, 1)]
-        )
-        known = (
-            np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + found.stretch), 3))
-            ** 2
-        )
-        # A programme keeps the limits at nodes only. Once it no longer gains, limits are lowered a few times beside the
-        # nodes where its law exceeds them, which leaves less to stretch.
-        limits = np.stack([rate, acceleration, jerk])
-        at_nodes = np.repeat(limits[:, None], len(width), axis=1)
-        corrections, before = 0, math.inf
-        for law in laws_under_jerk(*path, s, known, at_nodes, progress):
-            widths, tilts = tilts_over_time(law, *path)
-            candidate = self._kept(widths, tilts)
-            found = min(found, candidate, key=lambda one: one.period)
-            taken = float(law.t[-1])
-            gains, before = taken < before * (1 - _SETTLED), taken
-            if gains and not corrections:
-                continue
-            if corrections == _CORRECTIONS or abs(candidate.stretch) < _ENOUGH:
-                break
-            corrections += 1
-            interval = np.clip(
-                np.searchsorted(law.t, np.cumsum(widths) - widths / 2) - 1,
-                0,
-                len(width) - 1,
-            )
-            for order in (2, 3):
-                excess = np.ones((len(width), 2))
-                np.maximum.at(
-                    excess, interval, peaks_of(widths, tilts, order) / limits[order - 1]
-                )
-                at_nodes[order - 1] /= np.maximum(excess, np.roll(excess, 1, axis=0))
-        return found, ""
 
-    def _kept(self, widths: FloatArray, tilts: FloatArray) -> LimitedGait:
-        """Return the gait with a law whose time is stretched or shortened until its peaks meet the limits."""
-        factor = 0.0
-        for order, limit in enumerate(self.limited, start=1):
-            peak = peaks_of(widths, tilts, order).max(axis=0)
-            of = np.isfinite(limit) & self.moves
-            if of.any():
-                factor = max(
-                    factor, float((peak[of] / limit[of]).max()) ** (1.0 / order)
-                )
-        return self.timed(widths * (factor * (1.0 + _ROUND_OFF)), tilts, factor - 1.0)
+# -- The fastest law
+
+
+def _lower_bound(routes: list[_Route]) -> _Bound:
+    """Return the lower bound of the period along whichever route is quicker."""
+    bounds = [route.lower_bound() for route in routes]
+    return min(bounds, key=lambda bound: bound.period)
+
+
+def _least(
+    routes: list[_Route], nodes: int | None, progress: Callable[[str], None] | None
+) -> LeastPeriod:
+    """Return the answer with the fastest law along the quickest route; its table has one interval."""
+    first = routes[0]
+    if nodes is None:
+        nodes = _NODES if first.limits.jerk is None else _NODES_UNDER_JERK
+    nodes = whole_number("nodes", nodes, 10, 100_000)
+    if not first.moves.any():
+        reason = "the gait is a point and stands still, so it has no least period"
+        return first.answer("still", reason, least=0.0)
+    blocked = first.blocked()
+    if blocked is not None:
+        return blocked
+    bound = _lower_bound(routes).period
+    if bound > _LONGEST:
+        return first.out_of_range(bound)
+    if progress is not None:
+        progress("looking for the fastest law")
+    laws = [_fastest(route, nodes, progress) for route in routes]
+    periods = [timed.period for timed, _ in laws]
+    least = min(periods)
+    quickest = periods.index(least)
+    timed, note = laws[quickest]
+    if quickest > 0:
+        times = f"{least:.4f} s, against {periods[0]:.4f} s with rounded corners"
+        notes = (f"rests at the corners: {times}", laws[0][1])
+        note = "; ".join(filter(None, notes))
+    if not _SHORTEST <= least <= _LONGEST:
+        return routes[quickest].out_of_range(least)
+    return routes[quickest].answer(
+        "ok",
+        note=note,
+        timed=timed,
+        least=least,
+        at_rest=periods[1] if len(periods) > 1 else None,
+        lower_bound=min(bound, least),
+        stretch=timed.stretch,
+    )
+
+
+def _fastest(
+    route: _Route, nodes: int, progress: Callable[[str], None] | None
+) -> tuple[LimitedGait, str]:
+    """Return the gait with the fastest law found, and a note if it was not optimised."""
+    completed = route.limits.completed(route.extent)
+    if route.curve is None:
+        limits = route.limits.in_plane
+        law = rest_to_rest(route.plane, limits[0], completed[1], limits[2])
+        return route.kept(law), ""
+    grid = grid_along(route.curve.breaks, route.curve.pieces, nodes)
+    count = len(grid.width)
+    # A joint that stands still keeps any limit.
+    allowed = np.where(route.moves, completed, 1.0)
+    limits = np.repeat(allowed[:, None], count, axis=1)
+    speeds: tuple[FloatArray, FloatArray] | None
+    speeds = fastest_speeds(grid, limits[0], limits[1])
+    tried: list[LimitedGait] = []
+    programmes = None
+    if route.limits.jerk is not None:
+        slow = route.kept(grid.law(*speeds))
+        if count > _MOST_NODES_UNDER_JERK:
+            return slow, _not_optimised(count, len(route.curve.breaks) - 1)
+        tried.append(slow)
+        programmes = JerkProgrammes(grid, progress)
+        speeds = programmes.settled(speeds[0] / (1 + slow.stretch) ** 2, limits)
+    for _ in range(_CORRECTIONS + 1):
+        if speeds is None:
+            break
+        law = grid.law(*speeds)
+        timed = route.kept(law)
+        tried.append(timed)
+        if timed.stretch <= _ENOUGH:
+            break
+        for order, limit in enumerate(allowed, start=1):
+            excess = np.maximum(_peaks_of(law, law.tilts(), order) / limit, 1.0)
+            limits[order - 1] /= np.maximum(excess, np.roll(excess, 1, axis=0))
+        if programmes is None:
+            speeds = fastest_speeds(grid, limits[0], limits[1])
+        else:
+            speeds = programmes.settled(speeds[0], limits)
+    return min(tried, key=lambda timed: timed.period), ""
+
+
+def _not_optimised(nodes: int, pieces: int) -> str:
+    """Return the note of a law that no programmes improved."""
+    many = f"{nodes} nodes on {pieces} pieces are more than {_MOST_NODES_UNDER_JERK}"
+    advice = "for a faster law thin out the table, ask for fewer nodes, or drop the jerk limit"
+    return f"not optimised under the jerk limit: {many}; {advice}"
+
+
+def _too_short(
+    answer: LeastPeriod,
+    period: float,
+    least: float,
+    touched: Sequence[TouchedLimit],
+    bound: _Bound,
+) -> LeastPeriod:
+    """Return the answer for a period that is below the least found."""
+    touch = max(touched, key=lambda touch: touch.share)
+    order = 1 + list(RATE_UNITS).index(touch.limit)
+    reached = touch.value * (least / period) ** order
+    why = (
+        f"the least found is {least:.4f} s; at T the {touch.limit} of α{touch.joints[0]} and α{touch.joints[1]} "
+        f"would reach {reached:.3g} {RATE_UNITS[touch.limit]}, limit {touch.value:.3g}"
+    )
+    if period < answer.lower_bound:
+        why = f"{bound.reason} at least {bound.period:.4f} s under the limits"
+    return replace(
+        answer,
+        status="too short",
+        reason=f"T = {period:g} s is too short: {why}",
+        timed=None,
+        limit=touch.limit,
+        where=touch.where,
+    )

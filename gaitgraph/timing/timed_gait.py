@@ -32,9 +32,11 @@ from gaitgraph.timing.laws import (
     LAWS,
     STRAIGHT,
     LawName,
-    bernstein_from_power,
+)
+from gaitgraph.timing.polynomials import (
     derivative_of,
     located,
+    peaks_of,
     times_from,
     values_of,
 )
@@ -429,11 +431,7 @@ class RowTimedGait(TimedGait):
         if pieces is None:
             return TimedGait._peaks(self, orders)
         widths = np.diff(self.times)
-        controls = (
-            bernstein_from_power(derivative_of(pieces, order), widths)
-            for order in orders
-        )
-        return [np.abs(control).max(axis=(0, 1)) for control in controls]
+        return [peaks_of(pieces, widths, order).max(axis=0) for order in orders]
 
     def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the rows; see :func:`gaitgraph.validation.validating.validate`."""

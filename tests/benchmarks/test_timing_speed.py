@@ -10,7 +10,8 @@ import pytest
 
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing.curve import rounded
-from gaitgraph.timing.time_optimal import Limits, least_period
+from gaitgraph.timing.limits import Limits
+from gaitgraph.timing.time_optimal import least_period
 from tests.published import GAITS
 
 toppra = pytest.importorskip("toppra")

@@ -1,0 +1,513 @@
+"""Laws along a path: what the position s(t) does at nodes, and how fast it may be.
+
+A path is polynomial pieces of a parameter s. A law along it is stated in one way: the speed ṡ and the acceleration s̈ at
+nodes, among which are all breaks of the path. Between two nodes the speed is the cubic polynomial of time with these
+values at both ends. Its duration h follows from the width Δs of the interval,
+
+    Δs = h·(v₀ + v₁)/2 + h²·(a₀ − a₁)/12,
+
+so that every choice of speeds and accelerations is a law that closes and is twice continuously differentiable. Put into
+the path's polynomials it gives polynomials of time, whose Bernstein coefficients bound their derivatives.
+
+Three ways lead to speeds, each for what its limits ask:
+
+* from rest to rest along straight lines, in the phases of the fastest motion (:func:`rest_to_rest`);
+* along a smooth curve under limits of rate and acceleration. With b = ṡ² the accelerations q″b + q′s̈ are linear in b and
+  s̈. For a constant s̈ on every interval they are linear in b at its two ends, and each limit bounds the later value by an
+  increasing function of the earlier one (speeding up), the earlier by the later (slowing down), or both. Such a set is
+  closed under taking the larger of two solutions point by point, so it has a largest solution, the fastest at every
+  point. One pass forwards and one backwards from the narrowest point find it, as in Consolini et al. (Optimal
+  time-complexity speed planning for robot manipulators, 2019);
+* with a limit J of the jerk √b·(q‴b + 3q″s̈ + q′·ds̈/ds) as well, which reads |q‴b + 3q″s̈ + q′·ds̈/ds| ≤ J/√b. The right
+  side is convex in b and lies above its tangents: with a tangent in its place the limit is linear and implies the true
+  one. Linear programmes with tangents at the solution before improve step by step.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gaitgraph.arrays import freeze_arrays
+from gaitgraph.timing.polynomials import (
+    bends_of,
+    derivative_of,
+    values_of,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gaitgraph.invertibility.forms import FloatArray
+
+_FEWEST = 8  # intervals on a piece of a curve
+_GROWTH = 0.3  # of the distance between nodes, from one to the next
+
+# From rest to rest: without a jerk limit the acceleration rises in this share of a segment's time, so that it is
+# continuous. Floats cannot carry phases shorter than the second share: the limits are lowered to it.
+_RISE = 1e-3
+_BRIEF = 1e-6
+
+_UNLIMITED = 1e30  # in place of infinity, which times zero is not a number
+_ROUNDS = 100  # of passes; two are enough unless the narrowest point is narrowed
+_PROGRAMMES = 10
+_SETTLED = 1e-3  # share of the time that a programme must gain for another one
+# Where the time 1/√b is replaced by tangents, and bounds of b: multiples of the solution before.
+_TANGENTS = (0.5, 1.0, 1.6)
+_LEAST, _MOST = 1e-2, 1e3
+
+
+class Phase(NamedTuple):
+    """A part of a motion whose acceleration changes evenly."""
+
+    duration: float
+    starting: float  # the acceleration at its start
+    ending: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NodeLaw:
+    """A law s(t) from node to node along a path.
+
+    `durations` are of the n intervals [s], `speed` ṡ and `acceleration` s̈ at the nodes, shape (n + 1,); `local` is s at
+    the start of each interval since its piece of the path starts, shape (n,), and `pieces` are those that the intervals
+    run along, shape (degree + 1, n, 2).
+    """
+
+    durations: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
+    local: FloatArray
+    pieces: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    def tilts(self) -> FloatArray:
+        """Return (α1, α2) on the intervals as polynomials of the share that has passed, shape (degree + 1, n, 2)."""
+        h = self.durations
+        gain = np.diff(self.speed)
+        first, last = h * self.acceleration[:-1], h * self.acceleration[1:]
+        position = [
+            h * (first + last - 2 * gain) / 4,
+            h * (3 * gain - 2 * first - last) / 3,
+            h * first / 2,
+            h * self.speed[:-1],
+            self.local,
+        ]
+        out = self.pieces[:1].copy()
+        for coefficient in self.pieces[1:]:
+            # Horner's rule with polynomials: multiply by the position, add the next coefficient.
+            product = np.zeros((len(out) + 4, *out.shape[1:]))
+            for power, part in enumerate(position):
+                product[power : power + len(out)] += out * part[:, None]
+            out = product
+            out[-1] += coefficient
+        return out
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grid:
+    """Nodes along a closed path, shape (n + 1,); `local` and `pieces` are those of :class:`NodeLaw`."""
+
+    s: FloatArray
+    local: FloatArray
+    pieces: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    @property
+    def width(self) -> FloatArray:
+        """Widths of the intervals, shape (n,)."""
+        return np.diff(self.s)
+
+    def derivative(self, order: int, *, at_end: bool = False) -> FloatArray:
+        """Return a derivative of the path at the start of each interval, or at its end, shape (n, 2)."""
+        local = self.local + self.width if at_end else self.local
+        return values_of(derivative_of(self.pieces, order), local)
+
+    def law(self, squared: FloatArray, acceleration: FloatArray) -> NodeLaw:
+        """Return the law with given ṡ² and s̈ at the nodes, each of shape (n,)."""
+        speed = np.sqrt(closed(squared))
+        width, mean = self.width, (speed[1:] + speed[:-1]) / 2
+        # Up to this size of all accelerations an interval surely has a duration.
+        most = mean**2 / width
+        most = np.minimum(most, np.roll(most, 1))
+        rise = closed(np.clip(acceleration, -most, most))
+        root = np.sqrt(mean**2 + width * (rise[:-1] - rise[1:]) / 3)
+        return NodeLaw(
+            durations=2 * width / (mean + root),
+            speed=speed,
+            acceleration=rise,
+            local=self.local,
+            pieces=self.pieces,
+        )
+
+
+def closed(values: FloatArray) -> FloatArray:
+    """Return values at the nodes of a closed grid with the first again at the end."""
+    return np.concatenate([values, values[:1]])
+
+
+def grid_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> Grid:
+    """Return nodes from 0 to the span of a path, all breaks among them, evenly within pieces.
+
+    Half of the nodes are spread by width, half by how much a piece bends, where the limits of the joints change.
+    Speeds change much beside a short piece: distances shrink towards it by 30 % from one node to the next.
+    """
+    width = np.diff(breaks)
+    bend = width * bends_of(pieces, width)
+    share = width / width.sum()
+    if bend.sum() > 0:
+        share = (share + bend / bend.sum()) / 2
+    steps = width / np.maximum(np.ceil(nodes * share * (1 - 1e-12)), _FEWEST)
+    at_break = np.minimum(steps, np.roll(steps, 1))
+    local = []
+    for k, (whole, step) in enumerate(zip(width.tolist(), steps.tolist(), strict=True)):
+        first = _shrinking(float(at_break[k]), step, whole / 2)
+        last = _shrinking(float(at_break[(k + 1) % len(steps)]), step, whole / 2)
+        middle = whole - sum(first) - sum(last)
+        count = max(math.ceil(middle / step * (1 - 1e-12)), 1)
+        sizes = [0.0, *first, *[middle / count] * count, *last[::-1]]
+        local.append(np.cumsum(sizes)[:-1])
+    piece = np.repeat(np.arange(len(width)), [len(starts) for starts in local])
+    from_start = np.concatenate(local)
+    s = np.append(breaks[piece] + from_start, breaks[-1])
+    return Grid(s=s, local=from_start, pieces=pieces[:, piece])
+
+
+def _shrinking(nearest: float, step: float, room: float) -> list[float]:
+    """Return widths of intervals from a break on, that grow from the nearest to below a step, in some room."""
+    count = math.ceil(math.log(step / nearest) / math.log1p(_GROWTH))
+    sizes = nearest * (1 + _GROWTH) ** np.arange(count)
+    fits = (sizes < step / (1 + _GROWTH)) & (np.cumsum(sizes) < room)
+    kept: list[float] = sizes[fits].tolist()
+    return kept
+
+
+# -- From rest to rest
+
+
+def rest_to_rest(
+    plane: FloatArray, rate: FloatArray, acceleration: FloatArray, jerk: FloatArray
+) -> NodeLaw:
+    """Return the fastest law of a closed polyline that rests at every corner.
+
+    The corners have shape (n, 2), no two neighbours equal [rad]; the limits of α1 and α2 have shape (2,), infinite
+    where there is none.
+    """
+    step = np.roll(plane, -1, axis=0) - plane
+    lengths = np.linalg.norm(step, axis=1)
+    straight = np.stack([step / lengths[:, None], plane])
+    durations, local, speed, rise, segment = [], [], [0.0], [], []
+    for k, length in enumerate(lengths.tolist()):
+        share = np.abs(step[k]) / length
+        moving = share > 1e-12
+        along = [
+            float((limit[moving] / share[moving]).min())
+            for limit in (rate, acceleration, jerk)
+        ]
+        s = v = 0.0
+        for h, starting, ending in phases(length, *along):
+            durations.append(h)
+            local.append(s)
+            segment.append(k)
+            rise.append(starting)
+            s += v * h + h**2 * (2 * starting + ending) / 6
+            v = max(v + h * (starting + ending) / 2, 0.0)
+            speed.append(v)
+        speed[-1] = 0.0
+    return NodeLaw(
+        durations=np.array(durations),
+        speed=np.array(speed),
+        # It is continuous: at the end of a phase it is that at the start of the next.
+        acceleration=np.array([*rise, 0.0]),
+        local=np.array(local),
+        pieces=straight[:, segment],
+    )
+
+
+def phases(
+    distance: float, rate: float, acceleration: float, jerk: float
+) -> list[Phase]:
+    """Return the phases of the fastest motion over a distance from rest to rest.
+
+    There are seven at most: the acceleration rises to its limit at the limit of jerk, stays, falls to zero, the speed
+    stays, and the same the other way round. The limits are positive; the rate may be infinite, and so may the
+    acceleration or the jerk. An infinite jerk becomes one that lets the acceleration rise in a thousandth of the time.
+
+    >>> [round(sum(phase.duration for phase in phases(1.0, *limits)), 6) for limits in ((9, 99, 32.0), (1, 2, 4))]
+    [1.0, 2.0]
+    """
+    if math.isinf(jerk):
+        total = 2.0 * math.sqrt(distance / acceleration)
+        if distance * acceleration >= rate**2:
+            total = distance / rate + rate / acceleration
+        jerk = acceleration / (_RISE * total)
+    slow = max(distance / rate, 2.0 * math.sqrt(distance / acceleration))
+    if slow > 0:
+        acceleration = min(acceleration, rate / (_BRIEF * slow))
+        jerk = min(jerk, acceleration / (_BRIEF * slow))
+    top = min(rate, (distance * math.sqrt(jerk) / 2.0) ** (2.0 / 3.0))
+    if math.isfinite(acceleration) and top * jerk > acceleration**2:
+        # The acceleration meets its limit, so that speeding up and slowing down over v takes v(v/a + a/j).
+        rise = acceleration / jerk
+        root = math.sqrt(rise**2 + 4.0 * distance / acceleration)
+        top = min(rate, acceleration * (root - rise) / 2.0)
+    highest = min(acceleration, math.sqrt(top * jerk))
+    ramp = highest / jerk
+    hold = max(top / highest - ramp, 0.0)
+    cruise = max(distance / top - top / highest - ramp, 0.0)
+    motion = [
+        Phase(ramp, 0.0, highest),
+        Phase(hold, highest, highest),
+        Phase(ramp, highest, 0.0),
+        Phase(cruise, 0.0, 0.0),
+        Phase(ramp, 0.0, -highest),
+        Phase(hold, -highest, -highest),
+        Phase(ramp, -highest, 0.0),
+    ]
+    whole = sum(phase.duration for phase in motion)
+    return [phase for phase in motion if phase.duration > 1e-12 * whole]
+
+
+# -- Under limits of rate and acceleration
+
+
+def fastest_speeds(
+    grid: Grid, rate: FloatArray, acceleration: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return ṡ² and s̈ at the nodes of the fastest law, shapes (n,), under limits at the nodes, shapes (n, 2).
+
+    The fastest speeds have a constant s̈ on every interval. At a node it becomes the mean of both sides, weighted so
+    that ṡ² grows by as much along the whole path, and ṡ² is what it then is.
+    """
+    first, second = closed(grid.derivative(1)), closed(grid.derivative(2))
+    after = grid.width
+    squared = fastest_squared_speeds(
+        first, second, after, closed(rate), closed(acceleration)
+    )
+    rise_after = np.diff(squared) / (2 * after)
+    before, rise_before = np.roll(after, 1), np.roll(rise_after, 1)
+    rise = (before * rise_before + after * rise_after) / (before + after)
+    change = before * after / (before + after) * (rise_after - rise_before)
+    # A change of more than that is of a grid too coarse for the limits; any speed makes a law.
+    return np.maximum(squared[:-1] + change, 0.25 * squared[:-1]), rise
+
+
+def fastest_squared_speeds(
+    first: FloatArray,
+    second: FloatArray,
+    width: FloatArray,
+    rate: FloatArray,
+    acceleration: FloatArray,
+) -> FloatArray:
+    """Return the largest b = ṡ² at every node of a closed grid, shape (n + 1,), the last equal to the first.
+
+    `first` and `second` are q′ and q″ of the two joints at the nodes, shape (n + 1, 2), `width` the widths of the
+    intervals, `rate` and `acceleration` the positive limits of the joints at the nodes, of the same shape or (2,); a
+    rate may be infinite.
+
+    The limits hold at both ends of every interval. A row whose two coefficients have the same sign, where q′ nearly
+    vanishes (|q′| ≤ 2·width·|q″|), is replaced by the bound b ≤ limit/|q″| at both ends, which implies it and costs at
+    most one interval of speeding up. Where an interval admits no pair of values beyond some point, that point is a
+    bound too; then no row is violated after the two passes.
+    """
+    acceleration = np.broadcast_to(acceleration, first.shape)
+    # Each joint gives |p·b_k + q·b_{k+1}| ≤ limit at either end of an interval: b_{k+1} ≤ (limit + |p|·b_k)/|q| and
+    # b_k ≤ (limit + |q|·b_{k+1})/|p| if p and q have opposite signs.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        bounds = np.minimum(((rate / np.abs(first)) ** 2).min(axis=1), _UNLIMITED)
+        per = 0.5 / width[:, None]
+        p = np.concatenate([second[:-1] - first[:-1] * per, -first[1:] * per], axis=1)
+        q = np.concatenate([first[:-1] * per, second[1:] + first[1:] * per], axis=1)
+        limit = np.concatenate([acceleration[:-1], acceleration[1:]], axis=1)
+        box = np.where(p * q > 0, limit / np.abs(p + q), _UNLIMITED).min(axis=1)
+        up = _line(limit, p, q)
+        down = _line(limit, q, p)
+        # Where two rows of an interval meet: beyond that point they admit no pair of values.
+        later = _meeting(up, down).min(axis=(1, 2))
+        earlier = _meeting(down, up).min(axis=(1, 2))
+    bounds[:-1] = np.minimum(bounds[:-1], np.minimum(box, earlier))
+    bounds[1:] = np.minimum(bounds[1:], np.minimum(box, later))
+    bounds[[0, -1]] = min(bounds[0], bounds[-1])
+    return _passed(bounds, up, down)
+
+
+class _Lines(NamedTuple):
+    """Upper bounds of the value at one end of each interval, start + slope·(value at the other end), shapes (n, 4)."""
+
+    start: FloatArray
+    slope: FloatArray
+
+
+def _line(limit: FloatArray, known: FloatArray, bounded: FloatArray) -> _Lines:
+    """Return the bounds that rows with these coefficients of a known and a bounded value are."""
+    bounds = (known * bounded <= 0) & (bounded != 0)
+    size = np.abs(bounded)
+    return _Lines(
+        np.where(bounds, limit / size, _UNLIMITED),
+        np.where(bounds, np.abs(known) / size, 0.0),
+    )
+
+
+def _meeting(bounded: _Lines, other: _Lines) -> FloatArray:
+    """Return the largest value of one end that each pair of rows admits, shape (n, 4, 4)."""
+    start, slope = bounded.start[:, :, None], bounded.slope[:, :, None]
+    rest = 1.0 - slope * other.slope[:, None, :]
+    value = (start + slope * other.start[:, None, :]) / rest
+    return np.where(rest > 0, value, _UNLIMITED)
+
+
+def _passed(bounds: FloatArray, up: _Lines, down: _Lines) -> FloatArray:
+    """Return the largest values within bounds at nodes and the rows of the intervals, both of a closed grid."""
+    b = bounds[:-1].tolist()
+    start = int(np.argmin(bounds[:-1]))
+    order = np.roll(np.arange(len(b)), -start)
+    forwards = (order, np.roll(order, -1), up)
+    backwards = (order[::-1], order[::-1], down)
+    ways = [
+        [*zip(node.tolist(), *(of[interval].tolist() for of in lines), strict=True)]
+        for interval, node, lines in (forwards, backwards)
+    ]
+    # From the narrowest node on once round, until that node stays as it is.
+    for _ in range(_ROUNDS):
+        known = b[start]
+        for way in ways:
+            x = b[start]
+            for node, (i0, i1, i2, i3), (s0, s1, s2, s3) in way:
+                x = b[node] = min(
+                    b[node], i0 + s0 * x, i1 + s1 * x, i2 + s2 * x, i3 + s3 * x
+                )
+        if b[start] >= known * (1 - 1e-13):
+            break
+    return np.array([*b, b[0]])
+
+
+# -- Under a jerk limit
+
+
+class JerkProgrammes:
+    """Linear programmes for ever faster laws under limits of rate, acceleration and jerk at the nodes of a grid.
+
+    The variables are b = ṡ², s̈ and a bound of 1/√b at the nodes. Between nodes the laws may exceed limits a little.
+    """
+
+    def __init__(self, grid: Grid, progress: Callable[[str], None] | None) -> None:
+        from scipy import sparse
+
+        self.grid = grid
+        self.progress = progress
+        self.solved = 0
+        width = grid.width
+        n = len(width)
+        self.around = (width + np.roll(width, 1)) / 2
+        self.here = sparse.identity(n, format="csr")
+        self.none = sparse.csr_matrix((n, n))
+        ahead = (np.arange(n) + 1) % n
+        self.after = sparse.csr_matrix((np.ones(n), (np.arange(n), ahead)), (n, n))
+        self.slope = sparse.diags(1.0 / width) @ (self.after - self.here)
+        # b grows by the trapezoidal integral of 2s̈.
+        both = sparse.diags(width) @ (self.here + self.after)
+        self.grows = sparse.hstack([self.after - self.here, -both, self.none])
+
+    def settled(
+        self, squared: FloatArray, limits: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """Return ṡ² and s̈ of the law after which another programme gains little, shapes (n,).
+
+        `squared` is ṡ² of some slower law, and `limits` are those at the nodes, shape (3, n, 2). The last solution is
+        returned where a programme has none, and None if that is the first.
+        """
+        settled = None
+        for _ in range(_PROGRAMMES):
+            self.solved += 1
+            if self.progress is not None:
+                self.progress(
+                    f"programme {self.solved} under the jerk limit, {len(squared)} nodes"
+                )
+            solution = self._solution(squared, limits)
+            if solution is None:
+                break
+            settled, before = solution, squared
+            squared = solution[0]
+            if self._time(squared) > (1 - _SETTLED) * self._time(before):
+                break
+        return settled
+
+    def _time(self, squared: FloatArray) -> float:
+        return float((self.around * squared**-0.5).sum())
+
+    def _solution(
+        self, b: FloatArray, limits: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """Return ṡ² and s̈ of the fastest law, with tangents at the squared speeds of the law before; None if none."""
+        from scipy import sparse
+        from scipy.optimize import linprog
+
+        n = len(b)
+        rows, right = self._rows(b, limits)
+        # Relative to the solution before, so that the solver's absolute tolerances mean the same everywhere.
+        unit = sparse.diags(np.concatenate([b, b / self.around, b**-0.5]))
+        above = sparse.diags(1.0 / np.abs(right)) @ rows @ unit
+        equal = sparse.diags(1.0 / np.maximum(b, np.roll(b, -1))) @ self.grows @ unit
+        with np.errstate(divide="ignore"):
+            fastest = (limits[0] / np.abs(self.grid.derivative(1))) ** 2
+        most = np.minimum(fastest.min(axis=1) / b, _MOST)
+        infinite = np.full(n, np.inf)
+        low = np.concatenate([np.full(n, _LEAST), -infinite, np.zeros(n)])
+        high = np.concatenate([most, infinite, infinite])
+        time = self.around * b**-0.5
+        programme: dict[str, Any] = {
+            "A_ub": sparse.csr_matrix(above),
+            "b_ub": np.sign(right),
+            "A_eq": sparse.csr_matrix(equal),
+            "b_eq": np.zeros(n),
+            "bounds": np.column_stack([low, high]),
+        }
+        cost = np.concatenate([np.zeros(2 * n), time / time.sum()])
+        found = linprog(cost, **programme, method="highs").x
+        if found is None:
+            return None
+        return found[:n] * b, found[n : 2 * n] * b / self.around
+
+    def _rows(self, b: FloatArray, limits: FloatArray) -> tuple[Any, FloatArray]:
+        """Return the rows of the limits and of the bounds of 1/√b, and their right sides."""
+        from scipy import sparse
+
+        diagonal, grid = sparse.diags, self.grid
+        first, second = grid.derivative(1), grid.derivative(2)
+        ends = [
+            (self.here, 0, grid.derivative(3)),
+            (self.after, -1, grid.derivative(3, at_end=True)),
+        ]
+        rows: list[Any] = []
+        right: list[FloatArray] = []
+        for joint in range(2):
+            one, two = first[:, joint], second[:, joint]
+            gained = sparse.hstack([diagonal(two), diagonal(one), self.none])
+            rows += [gained, -gained]
+            right += [limits[1][:, joint]] * 2
+            for pick, shift, third in ends:
+                known = np.roll(b, shift)
+                limit = np.roll(limits[2][:, joint], shift)
+                of_speed = diagonal(third[:, joint]) @ pick
+                bends = 3.0 * diagonal(np.roll(two, shift)) @ pick
+                bends = bends + diagonal(np.roll(one, shift)) @ self.slope
+                tangent = diagonal(0.5 * limit * known**-1.5) @ pick
+                rows += [
+                    sparse.hstack([tangent + of_speed, bends, self.none]),
+                    sparse.hstack([tangent - of_speed, -bends, self.none]),
+                ]
+                right += [1.5 * limit * known**-0.5] * 2
+        for share in _TANGENTS:
+            at = share * b
+            rows.append(
+                sparse.hstack([diagonal(-0.5 * at**-1.5), self.none, -self.here])
+            )
+            right.append(-1.5 * at**-0.5)
+        return sparse.vstack(rows), np.concatenate(right)

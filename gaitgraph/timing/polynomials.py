@@ -1,0 +1,87 @@
+"""Polynomial pieces: coefficients (degree + 1, k, …) of k pieces, highest power first, as ``scipy.interpolate.PPoly``.
+
+The powers are those of the parameter since the start of a piece. Bernstein coefficients bound a polynomial on its
+interval: its graph lies in their convex hull.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.arrays import check_unmasked
+from gaitgraph.errors import InputError, shown
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.forms import FloatArray
+
+_TIMES = "t must be finite times"
+
+
+def derivative_of(pieces: FloatArray, order: int = 1) -> FloatArray:
+    """Return the coefficients of a derivative of polynomial pieces."""
+    for _ in range(order):
+        if len(pieces) == 1:
+            return np.zeros_like(pieces)
+        power = np.arange(len(pieces) - 1, 0, -1)
+        pieces = pieces[:-1] * power.reshape((-1,) + (1,) * (pieces.ndim - 1))
+    return pieces
+
+
+def values_of(pieces: FloatArray, local: FloatArray) -> FloatArray:
+    """Return polynomials at local parameters: coefficients (degree + 1, ..., d), parameters (...), out (..., d)."""
+    return np.asarray(np.polyval(pieces, local[..., None]))
+
+
+def bernstein_from_power(pieces: FloatArray, width: FloatArray) -> FloatArray:
+    """Return the Bernstein coefficients of polynomial pieces on intervals of given widths, shape as `pieces`."""
+    degree = len(pieces) - 1
+    scale = width.reshape((-1,) + (1,) * (pieces.ndim - 2))
+    rising = np.stack([pieces[degree - j] * scale**j for j in range(degree + 1)])
+    mix = [
+        [math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)]
+        for i in range(degree + 1)
+    ]
+    return np.asarray(np.einsum("ij,j...->i...", np.array(mix), rising))
+
+
+def bends_of(pieces: FloatArray, width: FloatArray) -> FloatArray:
+    """Return an upper bound of the norm of the second derivative on each interval, shape (k,)."""
+    control = bernstein_from_power(derivative_of(pieces, 2), width)
+    return np.asarray(np.linalg.norm(control, axis=-1).max(axis=0))
+
+
+def peaks_of(pieces: FloatArray, width: FloatArray, order: int) -> FloatArray:
+    """Return an upper bound of the size of a derivative on each interval, shape (k, …).
+
+    It is attained as intervals shrink, at second order.
+    """
+    control = bernstein_from_power(derivative_of(pieces, order), width)
+    return np.asarray(np.abs(control).max(axis=0))
+
+
+def times_from(
+    t: npt.ArrayLike, what: str = _TIMES, least: float = -math.inf
+) -> FloatArray:
+    """Return times [s] of any shape as an array; InputError, which `what` begins, unless finite and from `least` on."""
+    check_unmasked(t, "t")
+    try:
+        times = np.asarray(t, dtype=float)
+    except (OverflowError, TypeError, ValueError):  # the last for rows of many lengths
+        times = np.array(np.nan)
+    if not (np.isfinite(times) & (times >= least)).all():
+        raise InputError(f"{what}, got {shown(t)}")
+    return times
+
+
+def located(
+    breaks: FloatArray, at: npt.ArrayLike, what: str = _TIMES
+) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """Return in which piece of a period times or parameters lie, and how far from its start; breaks are from 0 on."""
+    phase = np.asarray(np.mod(times_from(at, what), breaks[-1]))
+    piece = np.searchsorted(breaks, phase, side="right") - 1
+    piece = np.clip(piece, 0, len(breaks) - 2)
+    return piece, phase - breaks[piece]
