@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.matrices import BoolArray
     from gaitgraph.validation.report import Check, GaitPoint
+    from gaitgraph.validation.wrong_rows import Convention
     from gaitgraph.vehicle import Vehicle
 
 _SHORT = 2e-3  # rad, of a segment whose mean power is taken as that of its ends
@@ -125,12 +126,18 @@ def brackets_of(segments: Segments, criteria: Criteria, fit: Fit) -> Brackets:
     )
 
 
-def sign_of_R(
-    segments: Segments, criteria: Criteria, fit: Fit, brackets: Brackets
-) -> Check:
-    """Check that R has one sign (Proposition 1), beyond the error that digits of coefficients and angles leave."""
-    coefficients, sign = criteria.coefficients, brackets.sign
-    kind = coefficients.kind
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Resolution:
+    """What |R| must exceed for its sign to be known: at each point, and anywhere; and what is assumed, in words."""
+
+    at_points: FloatArray
+    anywhere: float
+    assumed: str
+
+
+def _resolution_of(segments: Segments, criteria: Criteria, fit: Fit) -> _Resolution:
+    """Return the error of R that digits of coefficients and angles leave."""
+    coefficients = criteria.coefficients
     sines = Sines.of(segments.alpha)
     digits = coefficients.errors(sines)[2]
     derived, size = coefficients.sheet_error, float(coefficients.form.size[2])
@@ -149,9 +156,23 @@ def sign_of_R(
         second = 8 * size * ((rounding + derived) ** 2 - derived**2)
         return digits + slope * rounding + second
 
-    resolution = float(error(digits.max(), slope.max(), rounding.max()))
-    carried = error(digits, slope, rounding)
-    changes = [(one * brackets.value > carried).any() for one in (1.0, -1.0)]
+    return _Resolution(
+        at_points=error(digits, slope, rounding),
+        anywhere=float(error(digits.max(), slope.max(), rounding.max())),
+        assumed=assumed,
+    )
+
+
+def sign_of_R(
+    segments: Segments, criteria: Criteria, fit: Fit, brackets: Brackets
+) -> Check:
+    """Check that R has one sign (Proposition 1), beyond the error that digits of coefficients and angles leave."""
+    coefficients, sign = criteria.coefficients, brackets.sign
+    kind = coefficients.kind
+    error = _resolution_of(segments, criteria, fit)
+    resolution, assumed = error.anywhere, error.assumed
+    is_above = brackets.value > error.at_points
+    is_below = -brackets.value > error.at_points
     level = _compared_with(brackets.level, resolution, segments, criteria, sign)
     least, upper, segment, fraction = level.worst()
     place = segments.place(segment, fraction)
@@ -164,7 +185,7 @@ def sign_of_R(
         state = State.HOLDS
         relation = f"R ≥ {lower:.3g} > 0" if sign > 0 else f"R ≤ {-lower:.3g} < 0"
         message = f"{relation} along the whole gait ({kind} coefficients, {assumed})"
-    elif upper < -resolution or all(changes):
+    elif upper < -resolution or (is_above.any() and is_below.any()):
         state = State.BROKEN
         message = f"R changes its sign at {place} ({kind} coefficients): keep the loop in one region of R"
     elif least > resolution:
@@ -534,28 +555,17 @@ def report_of(
         *thrusts,
     ]
     if vehicle.tilt_range is not None:
-        tilts = tilt_range(
-            segments,
-            np.array(vehicle.tilt_range),
-            extremes=criteria.extremes,
-            passing=criteria.passing,
-        )
-        checks.append(tilts)
+        ranges, passing = np.array(vehicle.tilt_range), criteria.passing
+        extremes = criteria.extremes
+        checks.append(tilt_range(segments, ranges, extremes=extremes, passing=passing))
     power: float | None = None
     over: Literal["time", "length"] = "length"
     if shares is not None:
         power, over = mean_hover_power(segments, vehicle)
     causes = _causes(checks, fit, residual[1], is_off_sheets, has_bare)
     if misreading.convention is not None:
-        names = {check.name for check in checks} - {"on_surface"}
-        if misreading.convention.degrees:
-            names |= {*RATE_CHECKS}
-        causes = dict.fromkeys(names, "on_surface")
-    by_lone_rows = [
-        check.name
-        for check in (surface, *rates)
-        if check.broken and check.where and lone.is_near(check.where.get("row", 0))
-    ]
+        causes = _causes_of_convention(checks, misreading.convention)
+    by_lone_rows = _broken_at([surface, *rates], lone)
     causes |= dict.fromkeys(by_lone_rows[1:], *by_lone_rows[:1])
     notes = (*vehicle.warnings, *_notes_on_thrust(shares, vehicle))
     if lone.note and not by_lone_rows:
@@ -596,3 +606,23 @@ def _causes(
     elif fit.on_blue and "least_singular_value" in broken:
         causes["hover_thrust"] = "least_singular_value"
     return causes
+
+
+def _causes_of_convention(
+    checks: Sequence[Check], convention: Convention
+) -> dict[str, str]:
+    """Return which rules are broken because the rows were read in another convention: all that angles tell."""
+    names = {check.name for check in checks} - {"on_surface"}
+    if convention.degrees:
+        names |= {*RATE_CHECKS}
+    return dict.fromkeys(names, "on_surface")
+
+
+def _broken_at(checks: Sequence[Check], lone: LoneRows) -> list[str]:
+    """Return the names of the checks that are broken at rows that are far from the others."""
+    names = []
+    for check in checks:
+        place = check.where or {}
+        if check.broken and lone.is_near(place.get("row", 0)):
+            names.append(check.name)
+    return names
