@@ -62,19 +62,16 @@ def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
         checks=(
             Check(
                 name="two_color",
-                kind="valid",
                 state=State.HOLDS,
                 message="all neighbours allowed",
             ),
             Check(
                 name="R_sign",
-                kind="valid",
                 state=State.UNDECIDED,
                 message="undecided " * 14,
             ),
             Check(
                 name="hover_thrust",
-                kind="flyable",
                 state=State.BROKEN,
                 message="a rotor pushes down",
             ),
@@ -118,7 +115,6 @@ def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
 def test_a_check_serialises_without_infinities() -> None:
     check = Check(
         name="x",
-        kind="flyable",
         state=State.BROKEN,
         message="m",
         value=np.inf,

@@ -160,7 +160,6 @@ def _least_singular_value(
         message = f"{message} at {place}: {advice}"
     found_check = check_of(
         "least_singular_value",
-        "flyable",
         lower >= floor,
         message,
         value=upper,
@@ -185,6 +184,4 @@ def _hover_thrust(geometry: Geometry, segments: Segments) -> Check:
         message = (
             f"{message} at {place}: undecided between rows, more rows may decide it"
         )
-    return check_of(
-        "hover_thrust", "flyable", state, message, value=upper, limit=0.0, place=place
-    )
+    return check_of("hover_thrust", state, message, value=upper, limit=0.0, place=place)

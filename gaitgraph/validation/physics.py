@@ -203,7 +203,6 @@ def sign_of_R(
         )
     return check_of(
         "R_sign",
-        "valid",
         state,
         message,
         value=sign * (lower if criteria.beside else upper),
@@ -269,7 +268,6 @@ def least_singular_value(
         message = f"least singular value {value:.3g} at {place}, floor {criteria.floor:g}: {advice}"
     return check_of(
         "least_singular_value",
-        "flyable",
         above,
         message,
         value=value,
@@ -303,7 +301,6 @@ def hover_thrust(
     if refusal:
         found = check_of(
             "hover_thrust",
-            "flyable",
             False,
             refusal,
             value=value,
@@ -312,11 +309,7 @@ def hover_thrust(
         )
         return [found], None
     text = hover_thrust_text(low, high)
-    checks = [
-        check_of(
-            "hover_thrust", "flyable", True, text, value=low, limit=0.0, place=place
-        )
-    ]
+    checks = [check_of("hover_thrust", True, text, value=low, limit=0.0, place=place)]
     limit = criteria.vehicle.max_thrust
     if limit is not None:
         mass, gravity = criteria.vehicle.require(
@@ -330,7 +323,6 @@ def hover_thrust(
         checks.append(
             check_of(
                 "thrust_limit",
-                "flyable",
                 ok,
                 message,
                 value=newtons,
@@ -475,9 +467,7 @@ def tilt_range(
     if is_one:
         found, goal = f"largest tilt {tilt}° (α{arm + 1})", "nearer to 0"
     message = compared(ok, found, f"{allowed}°", place, f"move the waypoints {goal}")
-    return check_of(
-        "tilt_range", "flyable", ok, message, value=value, limit=limit, place=place
-    )
+    return check_of("tilt_range", ok, message, value=value, limit=limit, place=place)
 
 
 def reachability(

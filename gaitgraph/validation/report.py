@@ -37,6 +37,9 @@ LIMITED = {
 }
 """The conditions of flyable that need a limit, and what a vehicle that states it calls it."""
 
+PAPER_RULES = ("closed", "on_surface", "two_color", "continuous", "R_sign")
+"""The checks of the paper's rules; all others are physics."""
+
 _WORDS = {"thrust_limit": "thrust", "tilt_range": "tilt angle"}
 
 
@@ -82,8 +85,8 @@ class Check:
 
     Parameters
     ----------
-    name, kind
-        The rule; "valid" for the paper's rules, "flyable" for physics.
+    name
+        The rule.
     state
         Whether it holds along the whole gait, is broken, or is undecided: a sign of R that is within the error of
         coefficients and angles, or hover thrusts of other than four rotors whose sign the bounded search leaves open.
@@ -98,13 +101,17 @@ class Check:
     """
 
     name: str
-    kind: Literal["valid", "flyable"]
     state: State
     value: float | None = None
     limit: float | None = None
     where: dict[str, Any] | None = None
     message: str
     follows_from: str | None = None
+
+    @property
+    def kind(self) -> Literal["valid", "flyable"]:
+        """What the rule is for: "valid" for the paper's rules, "flyable" for physics."""
+        return "valid" if self.name in PAPER_RULES else "flyable"
 
     @property
     def ok(self) -> bool:
@@ -213,7 +220,6 @@ def limit_check(
         message = f"{message}: {advice}"
     return Check(
         name=name,
-        kind="flyable",
         state=state_of(ok),
         value=peak,
         limit=limit,

@@ -82,7 +82,6 @@ def _report_of_straight_rows(
         rates = rates_of_rows(table, segments, criteria.vehicle, lone)
     closed = check_of(
         "closed",
-        "valid",
         True,
         _closing_in_words(table, alpha, gap, is_path),
         value=0.0 if returns or is_path else gap,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -185,7 +185,6 @@ def compared(
 
 def check_of(
     name: str,
-    kind: Literal["valid", "flyable"],
     state: State | bool,
     message: str,
     *,
@@ -196,7 +195,6 @@ def check_of(
     """Return a check at a place; a state may be whether it holds."""
     return Check(
         name=name,
-        kind=kind,
         state=state_of(state) if isinstance(state, bool) else state,
         message=message,
         value=value,
@@ -303,7 +301,6 @@ def on_surface(
     message = compared(value <= limit, found, f"{limit:g}", place, advice)
     return check_of(
         "on_surface",
-        "valid",
         value <= limit,
         message,
         value=value,
@@ -322,7 +319,6 @@ def two_color(segments: Segments, criteria: Criteria) -> tuple[Check, bool]:
         message = f"all neighbours allowed by Figure 15 of the paper ({color})"
     found = check_of(
         "two_color",
-        "valid",
         point is None,
         message,
         value=float(point is not None),
@@ -400,9 +396,7 @@ def continuous(segments: Segments, criteria: Criteria, fit: Fit) -> tuple[Check,
         if idle:
             lies = f"{idle} idle at {place}, which lies on neither sheet"
         message = f"{lies}: {_TAKE_ROOTS}"
-        broken = check_of(
-            "continuous", "valid", False, message, limit=tolerance, place=place
-        )
+        broken = check_of("continuous", False, message, limit=tolerance, place=place)
         return broken, True
     jump = _largest_jump(segments, criteria)
     farthest = int(np.argmax(fit.off))
@@ -422,7 +416,6 @@ def continuous(segments: Segments, criteria: Criteria, fit: Fit) -> tuple[Check,
         )
         broken = check_of(
             "continuous",
-            "valid",
             False,
             message,
             value=off,
@@ -440,7 +433,6 @@ def continuous(segments: Segments, criteria: Criteria, fit: Fit) -> tuple[Check,
         message = f"(α3, α4) jumps by {size} after {place}, where it {cause}: stay on one sheet"
     found = check_of(
         "continuous",
-        "valid",
         ok,
         message,
         value=jump.size,

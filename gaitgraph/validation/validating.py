@@ -79,9 +79,7 @@ def check_gait(
         beside=beside,
         extremes=extremes,
     )
-    closed = check_of(
-        "closed", "valid", True, "closed by construction", value=0.0, limit=0.0
-    )
+    closed = check_of("closed", True, "closed by construction", value=0.0, limit=0.0)
     noun = "chord" if beside else "corner"
     return report_of(segments_of(gait, noun), criteria, closed)
 
