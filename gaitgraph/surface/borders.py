@@ -214,7 +214,7 @@ class Halves:
         return Halves(turned)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Curves:
     """Curves on which a condition changes: α2, modulo π, as functions of α1.
 
