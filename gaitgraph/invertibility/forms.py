@@ -212,6 +212,8 @@ class Level:
         drag = np.array(rotors.drags)[:, None, None] * thrust
         self.force = read_only(lift)
         self.moment = read_only(np.cross(places[:, :, None], lift, axis=1) - drag)
+        # What the drag adds to the columns of the level matrix.
+        self.drag_columns = read_only(np.concatenate([-drag, 0 * lift[:, 2:]], axis=1))
 
     @cached_property
     def direction(self) -> Form:

@@ -1,0 +1,368 @@
+r"""How wrong servos and drags may be: the largest errors that a gait bears (docs/theory.md, 22).
+
+A gait bears errors of a size if, at each of its points and for any errors up to that size, each rotor's its own, the
+level matrix keeps its least singular value, and the hover thrusts are positive and within the limit of the vehicle.
+
+The errors of one rotor move one column of the matrix. Its determinant and all of its minors are sinusoids of each angle
+and linear in each drag. So on a box of errors narrower than π
+
+* the determinant is positive if it is at the corners of the box, since a sinusoid, or a linear function, that is positive
+  at both ends of an arc shorter than π is positive between them;
+* each entry of the inverse is a quotient of two such functions, and largest at a corner: it is monotone in each error, or
+  a constant over a function that is least at an end. The last column of the inverse are the hover thrusts.
+
+So hover is judged exactly by the corners. The least singular value is at least one over the norm of the largest entries;
+and it is at least that of the corners, less what each column deviates from a mean of its ends.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
+from gaitgraph.invertibility.matrices import tilt_angles
+from gaitgraph.tolerances import DEFAULT_FLOOR
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import BoolArray, IntArray
+    from gaitgraph.vehicle import Vehicle
+
+Kind = Literal["servo", "drag"]
+
+_LARGEST = {"servo": math.radians(89), "drag": 1.0}
+_BISECTIONS = 45
+_SLACK = 1e-9  # relative, more than rounding is off
+_LONGEST = math.radians(4)  # of the first pieces of a gait, in the maximum norm
+_CLOSE = 1e-3  # to what share of it a margin is found by bisection
+# By what share the proven margin may miss the found one before boxes are cut.
+_NEAR = 0.2
+_MOST_CUTS = 2
+_CORNERS = np.array(list(product((-1.0, 1.0), repeat=4)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ErrorMargin:
+    """The largest errors that a gait bears, of angles [rad] or of drags, relative: at least `proven`, less than `found`.
+
+    `errors`, shape (4,), of size `found`, break the condition in `reason` at a point of the gait, at `fraction` of
+    `segment`. `found` is None if no errors were found that break one, up to 89° or 100 %.
+    """
+
+    proven: float
+    found: float | None
+    errors: FloatArray
+    segment: int
+    fraction: float
+    reason: str
+
+
+def servo_margin(
+    points: FloatArray,
+    vehicle: Vehicle,
+    *,
+    floor: float = DEFAULT_FLOOR,
+    tolerance: float = 0.02,
+) -> ErrorMargin:
+    """Return the largest errors of the tilt angles that a gait bears, each angle's its own, at any time.
+
+    Parameters
+    ----------
+    points
+        Corners of the gait, or rows of its table, joined by straight segments, shape (m + 1, 4) [rad].
+    vehicle
+        Any vehicle with four tilting rotors; its largest thrust counts where it is stated.
+    floor
+        The least singular value to keep; without one, 0, the margin is exact to the tolerance.
+    tolerance
+        How far apart `proven` and `found` are, in parts of the margin, unless the floor sets them apart.
+
+    Examples
+    --------
+    >>> from gaitgraph.vehicle import PAPER
+    >>> margin = servo_margin(np.zeros((1, 4)), PAPER, floor=0.0)
+    >>> round(math.degrees(margin.found), 2), round(math.degrees(math.atan(PAPER.drag_ratio)), 2)
+    (9.57, 9.57)
+    """
+    return _Search(points, vehicle, floor, "servo").margin(tolerance)
+
+
+def drag_margin(
+    points: FloatArray,
+    vehicle: Vehicle,
+    *,
+    floor: float = DEFAULT_FLOOR,
+    tolerance: float = 0.02,
+) -> ErrorMargin:
+    """Return the largest relative errors of the drag ratios that a gait bears, each rotor's its own.
+
+    The parameters are those of :func:`servo_margin`.
+    """
+    return _Search(points, vehicle, floor, "drag").margin(tolerance)
+
+
+class Boxes(NamedTuple):
+    """Boxes of tilt angles and of relative errors of drags: their centers and half widths, each of shape (n, 4)."""
+
+    angle: FloatArray
+    drag: FloatArray
+    half_angle: FloatArray
+    half_drag: FloatArray
+
+    def at(self, chosen: Any) -> Boxes:
+        """Return some of the boxes."""
+        return Boxes(*(part[chosen] for part in self))
+
+    def cut(self, kind: Kind) -> Boxes:
+        """Return the 16 parts of each box that are half as wide in what errs, one box after the other."""
+        angle, drag, half_angle, half_drag = (
+            np.repeat(part, 16, axis=0) for part in self
+        )
+        sides = np.tile(_CORNERS, (len(self.angle), 1))
+        if kind == "servo":
+            half_angle = half_angle / 2
+            angle = angle + sides * half_angle
+        else:
+            half_drag = half_drag / 2
+            drag = drag + sides * half_drag
+        return Boxes(angle, drag, half_angle, half_drag)
+
+
+class _Hover:
+    """What level flight needs, judged for matrices and for boxes of errors."""
+
+    def __init__(self, vehicle: Vehicle, floor: float) -> None:
+        self.level = level_of(rotors_of(vehicle))
+        self.floor = floor
+        self.most = math.inf
+        if vehicle.thrust_share is not None:
+            self.most = vehicle.thrust_share
+
+    def matrices(self, angle: FloatArray, drag: FloatArray) -> FloatArray:
+        """Return level matrices at angles and relative errors of drags, both of shape (k, 4), shape (k, 4, 4)."""
+        sines = Sines.of(angle)
+        torque = np.einsum("ifj,jik->kfi", self.level.drag_columns, sines.u)
+        return np.asarray(self.level.matrix(sines) + torque * drag[:, None])
+
+    def broken(self, matrices: FloatArray, sign: float) -> IntArray:
+        """Return the numbers of the conditions that matrices, shape (..., 4, 4), break: see `reasons`; 0 for none."""
+        determinants = np.linalg.det(matrices) * sign
+        inverses, shares = self._inverses(matrices)
+        least = 1 / np.linalg.norm(inverses, 2, axis=(-2, -1))
+        broken = [
+            determinants <= 0,
+            (shares <= 0).any(axis=-1),
+            (shares > self.most).any(axis=-1),
+            least < self.floor,
+        ]
+        return np.asarray(np.select(broken, [1, 2, 3, 4]))
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """The conditions in words, by their numbers."""
+        return (
+            "",
+            "the decoupling matrix is singular",
+            "a hover thrust is not positive",
+            f"a hover thrust is above {self.most:.3g} of m·g",
+            f"the least singular value is below {self.floor:g}",
+        )
+
+    def _inverses(self, matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return inverse matrices, and the hover thrusts in units of m·g, which their last columns are."""
+        singular = np.linalg.det(matrices) == 0
+        inverses = np.linalg.inv(
+            np.where(singular[..., None, None], np.eye(4), matrices)
+        )
+        inverses[singular] = np.inf
+        return inverses, inverses[..., 3] * self.level.rotors.thrust_signs
+
+    def kept(self, boxes: Boxes) -> tuple[BoolArray, BoolArray]:
+        """Return whether level flight is proven possible on whole boxes, and whether it is at their corners, (n,)."""
+        ends = self._ends(boxes)
+        count = ends.shape[1]
+        corners = np.array(list(product(range(count), repeat=4)))
+        matrices = ends[:, corners, :, np.arange(4)].transpose(2, 0, 3, 1)
+        determinants = np.linalg.det(matrices)
+        inverses, shares = self._inverses(matrices)
+        squares = np.linalg.norm(inverses, 2, axis=(-2, -1)) ** -2.0
+        one_sign = (determinants * determinants[:, :1] > 0).all(axis=1)
+        in_range = (shares > 0).all(axis=(1, 2)) & (shares <= self.most).all(
+            axis=(1, 2)
+        )
+        at_corners = one_sign & in_range & (squares.min(axis=1) >= self.floor**2)
+        # One over the norm of the largest entries. Turned so that the third to last columns are small, they are few.
+        turned = np.linalg.svd(self.matrices(boxes.angle, boxes.drag))[0]
+        largest = np.abs(inverses @ turned[:, None]).max(axis=1)
+        first = np.linalg.norm(largest, 2, axis=(-2, -1)) ** -2.0
+        # A mean of the squares at the corners, less the spread of the columns about their means.
+        apart = ends - ends.mean(axis=1, keepdims=True)
+        spread = np.einsum("npri,npsi->nrs", apart, apart) * count / 4
+        second = squares.min(axis=1) - np.linalg.norm(spread, 2, axis=(-2, -1))
+        proven = (1 - _SLACK) * np.maximum(first, second) >= self.floor**2
+        return at_corners & (proven | (self.floor == 0)), at_corners
+
+    def _ends(self, boxes: Boxes) -> FloatArray:
+        """Return the columns at the corners of what each rotor's own errors are, shape (n, 1, 2 or 4, 4, 4)."""
+        tilts = [-1.0, 1.0] if boxes.half_angle.any() else [0.0]
+        drags = [-1.0, 1.0] if boxes.half_drag.any() else [0.0]
+        ends = []
+        for tilt, drag in product(tilts, drags):
+            angle = boxes.angle + tilt * boxes.half_angle
+            ends.append(self.matrices(angle, boxes.drag + drag * boxes.half_drag))
+        return np.stack(ends, axis=1)
+
+
+class _Found(NamedTuple):
+    """Errors of a size that break a condition, by its number, at a place of the gait counted in segments."""
+
+    size: float
+    at: float
+    errors: FloatArray
+    condition: int
+
+
+class _Search:
+    """The search for the margin of a gait, a polyline in parts that are halved where they do not bear enough."""
+
+    def __init__(
+        self, points: FloatArray, vehicle: Vehicle, floor: float, kind: Kind
+    ) -> None:
+        self.points = tilt_angles(points).reshape(-1, 4)
+        self.hover = _Hover(vehicle, floor)
+        self.kind = kind
+        first = self.hover.matrices(self.points[:1], np.zeros((1, 4)))
+        self.sign = float(np.sign(np.linalg.det(first))[0])
+
+    def margin(self, tolerance: float) -> ErrorMargin:
+        """Return the margin; see :func:`servo_margin`."""
+        parts = self._first_parts()
+        least = self._found(np.unique(parts))
+        while True:
+            target = least.size
+            if least.condition:
+                target *= 1 - tolerance
+            parts = parts[~self._kept(parts, target)]
+            if not len(parts) or self._half_width(parts) <= tolerance * target:
+                break
+            parts = _halved(parts)
+            least = min(least, self._found(parts[::2, 1]), key=lambda one: one.size)
+        proven = target
+        if len(parts):
+            proven = self._proven(parts, target)
+        segment = min(int(least.at), max(len(self.points) - 2, 0))
+        return ErrorMargin(
+            proven=proven,
+            found=least.size if least.condition else None,
+            errors=least.errors,
+            segment=segment,
+            fraction=least.at - segment,
+            reason=self.hover.reasons[least.condition],
+        )
+
+    def _first_parts(self) -> FloatArray:
+        """Return the ends of parts of similar length, in segments, shape (k, 2)."""
+        sizes = np.abs(np.diff(self.points, axis=0)).max(axis=1)
+        passed = np.append(0.0, np.cumsum(sizes))
+        count = max(math.ceil(passed[-1] / _LONGEST), 1)
+        limits = np.interp(
+            np.linspace(0.0, passed[-1], count + 1), passed, np.arange(len(passed))
+        )
+        return np.column_stack([limits[:-1], limits[1:]])
+
+    def _at(self, places: FloatArray) -> FloatArray:
+        """Return the points at places counted in segments, shape (k, 4)."""
+        whole = np.minimum(places.astype(int), max(len(self.points) - 2, 0))
+        following = self.points[np.minimum(whole + 1, len(self.points) - 1)]
+        share = (places - whole)[:, None]
+        return np.asarray(self.points[whole] * (1 - share) + following * share)
+
+    def _hulls(self, parts: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the centers and the half widths of the smallest boxes around parts, both of shape (k, 4)."""
+        low = np.minimum(*(self._at(ends) for ends in parts.T))
+        high = np.maximum(*(self._at(ends) for ends in parts.T))
+        for k, (start, end) in enumerate(parts):
+            inside = self.points[math.ceil(start) : math.floor(end) + 1]
+            low[k] = np.minimum(low[k], inside.min(axis=0, initial=math.inf))
+            high[k] = np.maximum(high[k], inside.max(axis=0, initial=-math.inf))
+        return (low + high) / 2, (high - low) / 2
+
+    def _half_width(self, parts: FloatArray) -> float:
+        return float(self._hulls(parts)[1].max())
+
+    def _kept(self, parts: FloatArray, size: float, cuts: int = 0) -> BoolArray:
+        """Return whether parts are proven to bear errors of a size, boxes being cut some times, shape (k,)."""
+        center, half = self._hulls(parts)
+        zero, errors = np.zeros_like(center), np.full_like(center, size)
+        if self.kind == "servo":
+            boxes = Boxes(center, zero, half + errors, zero)
+        else:
+            boxes = Boxes(center, zero, half, errors)
+        return self._are_kept(boxes, cuts)
+
+    def _are_kept(self, boxes: Boxes, cuts: int) -> BoolArray:
+        kept, at_corners = self.hover.kept(boxes)
+        open_ = np.flatnonzero(at_corners & ~kept)
+        if cuts and open_.size:
+            parts = self._are_kept(boxes.at(open_).cut(self.kind), cuts - 1)
+            kept[open_] = parts.reshape(-1, 16).all(axis=1)
+        return kept
+
+    def _proven(self, parts: FloatArray, most: float) -> float:
+        """Return the largest size, up to some, of which the errors are proven to be borne by parts."""
+        for cuts in range(_MOST_CUTS + 1):
+            low, high, open_ = 0.0, most, parts
+            while high - low > _CLOSE * most:
+                middle = (low + high) / 2
+                kept = self._kept(open_, middle, cuts)
+                if kept.all():
+                    low = middle
+                else:
+                    high, open_ = middle, open_[~kept]  # the others bear any less
+            if low >= (1 - _NEAR) * most:
+                break
+        return low
+
+    def _found(self, places: FloatArray) -> _Found:
+        """Return the smallest errors, of the corners of boxes, that were found to break a condition at some places."""
+        angle = np.repeat(self._at(places), 16, axis=0)
+        corners = np.tile(_CORNERS, (len(places), 1))
+
+        def broken(sizes: FloatArray) -> IntArray:
+            errors = np.repeat(sizes, 16)[:, None] * corners
+            if self.kind == "servo":
+                matrices = self.hover.matrices(angle + errors, np.zeros_like(errors))
+            else:
+                matrices = self.hover.matrices(angle, errors)
+            return self.hover.broken(matrices, self.sign).reshape(-1, 16)
+
+        low = np.zeros(len(places))
+        high = np.full(len(places), _LARGEST[self.kind])
+        high[broken(low).any(axis=1)] = 0.0
+        for _ in range(_BISECTIONS):
+            middle = (low + high) / 2
+            is_broken = broken(middle).any(axis=1)
+            high = np.where(is_broken, middle, high)
+            low = np.where(is_broken, low, middle)
+        worst = int(high.argmin())
+        conditions = broken(high)[worst]
+        corner = int((conditions > 0).argmax())
+        size, errors = float(high[worst]), np.zeros(4)
+        if conditions[corner]:
+            errors = size * _CORNERS[corner]
+        return _Found(size, float(places[worst]), errors, int(conditions[corner]))
+
+
+def _halved(parts: FloatArray) -> FloatArray:
+    """Return the halves of parts, one after the other, cut at a corner of the gait if one is inside."""
+    middle = parts.mean(axis=1)
+    corner = np.rint(middle)
+    is_inside = (corner > parts[:, 0]) & (corner < parts[:, 1])
+    middle = np.where(is_inside, corner, middle)
+    halves = np.stack([parts[:, 0], middle, middle, parts[:, 1]], axis=1)
+    return np.asarray(halves.reshape(-1, 2))
