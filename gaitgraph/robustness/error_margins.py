@@ -139,6 +139,7 @@ class _Hover:
     def __init__(self, vehicle: Vehicle, floor: float) -> None:
         self.level = level_of(rotors_of(vehicle))
         self.floor = floor
+        self.drag_ratio = vehicle.drag_ratio
         self.most = math.inf
         if vehicle.thrust_share is not None:
             self.most = vehicle.thrust_share
@@ -179,7 +180,7 @@ class _Hover:
         inverses = np.linalg.inv(
             np.where(singular[..., None, None], np.eye(4), matrices)
         )
-        inverses[singular] = np.inf
+        inverses[singular] = 1e100
         return inverses, inverses[..., 3] * self.level.rotors.thrust_signs
 
     def kept(self, boxes: Boxes) -> tuple[BoolArray, BoolArray]:
@@ -241,19 +242,21 @@ class _Search:
 
     def margin(self, tolerance: float) -> ErrorMargin:
         """Return the margin; see :func:`servo_margin`."""
+        # An error of the drag is worth one of the angle that is smaller by the drag ratio.
+        scale = 1.0 if self.kind == "servo" else self.hover.drag_ratio
         parts = self._first_parts()
         least = self._found(np.unique(parts))
-        while True:
+        while least.size:
             target = least.size
             if least.condition:
                 target *= 1 - tolerance
             parts = parts[~self._kept(parts, target)]
-            if not len(parts) or self._half_width(parts) <= tolerance * target:
+            if not len(parts) or self._half_width(parts) <= tolerance * target * scale:
                 break
             parts = _halved(parts)
             least = min(least, self._found(parts[::2, 1]), key=lambda one: one.size)
-        proven = target
-        if len(parts):
+        proven = target if least.size else 0.0
+        if len(parts) and proven:
             proven = self._proven(parts, target)
         segment = min(int(least.at), max(len(self.points) - 2, 0))
         return ErrorMargin(
