@@ -24,7 +24,7 @@ from gaitgraph.errors import (
 from gaitgraph.explorer import queries
 from gaitgraph.files import naming_file
 from gaitgraph.gait.given import given_gait
-from gaitgraph.io.formats import FORMATS, known_format, unchecked_table, write_tables
+from gaitgraph.io.formats import FORMATS, read_format, unchecked_table, write_tables
 from gaitgraph.plots.vehicles import write_films
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.statement import checked
@@ -86,7 +86,7 @@ def table_answer(
     if not last:
         raise InputError(f"name must be a file name with a suffix, got {shown(name)}")
     name = last if len(last) <= 100 else last[:60] + "…" + last[-30:]
-    form = known_format(name, "table", reads=True)
+    form = read_format(name, "table")
     if form.folder:
         raise InputError(
             f"table must be a single file, got {name!r}: a {form.name} is a folder"

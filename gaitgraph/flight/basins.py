@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,7 +36,7 @@ from gaitgraph.flight.flight import (
 )
 from gaitgraph.flight.simulation import Simulation, before_take_off
 from gaitgraph.gait.gait import checked_factors
-from gaitgraph.gait.table import Table, check_repeats, merged
+from gaitgraph.gait.table import Table, check_repeats
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import BoolArray, determinant
 from gaitgraph.robustness.biased import robustness_of
@@ -348,4 +349,12 @@ def basins_of(
 def table_of_basins(every: Sequence[Basin]) -> Table:
     """Return one table of the flights of several basins, one row a flight; columns as :meth:`Basin.columns` has."""
     about = about_table("basin", every[0].timed, every[0].settings)
-    return merged(Table(columns=basin.columns, about=about) for basin in every)
+    tables = [basin.columns for basin in every]
+    columns: dict[str, Any] = {}
+    for name, values in tables[0].items():
+        parts = [table[name] for table in tables]
+        if isinstance(values, np.ndarray):
+            columns[name] = np.concatenate(parts)
+        else:
+            columns[name] = tuple(chain.from_iterable(parts))
+    return Table(columns=columns, about=about)

@@ -46,15 +46,6 @@ class Digits:
         places = np.minimum(self.decimals, of_figures)
         return np.asarray(0.5 * self.unit * 10.0**-places)
 
-    def joined(self, other: Digits) -> Digits:
-        """Return the digits of two parts of one column."""
-        return Digits(
-            max(self.decimals, other.decimals),
-            max(self.figures, other.figures),
-            self.unit,
-            self.steps,
-        )
-
 
 FLOAT_32 = Digits(figures=7)
 """The digits of numbers in single precision."""

@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 import warnings
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -62,8 +61,6 @@ from gaitgraph.vehicle import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from gaitgraph.invertibility.forms import FloatArray
 
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
@@ -75,7 +72,6 @@ RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
 RATE_CHECKS = tuple(f"tilt_{kind}" for kind in RATE_UNITS)
 """Names of the checks that need timing."""
 
-DEGREES = {f"{name}_deg": name for name in ANGLES}
 TEXTS = ("color", "types")
 ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
 
@@ -304,25 +300,6 @@ class Table(Pictured):
         return frame
 
 
-def merged(tables: Iterable[Table]) -> Table:
-    """Return tables of the same columns as one, their rows one after the other."""
-    first, *others = tables
-    columns: dict[str, Any] = {}
-    for name, values in first.columns.items():
-        parts = [values, *(piece[name] for piece in others)]
-        columns[name] = (
-            np.concatenate(parts)
-            if isinstance(values, np.ndarray)
-            else tuple(chain.from_iterable(parts))
-        )
-    digits = dict(first.digits)
-    for piece in others:
-        for name, more in piece.digits.items():
-            digits[name] = digits[name].joined(more)
-    notes = dict.fromkeys(chain(first.notes, *(piece.notes for piece in others)))
-    return replace(first, columns=columns, digits=digits, notes=tuple(notes))
-
-
 def surface_of(
     table: Table,
     vehicle: VehicleLike | None = None,
@@ -491,18 +468,21 @@ def repeated(table: Table, periods: int) -> Table:
     [0.0, 1.0, 2.0, 3.0, 4.0]
     """
     check_periods(table, periods)
+    columns: dict[str, Any] = {}
+    for name, values in table.columns.items():
+        if isinstance(values, np.ndarray):
+            again = np.tile(values[1:], periods - 1)
+            columns[name] = np.concatenate([values, again])
+        else:
+            columns[name] = values + values[1:] * (periods - 1)
     t = table["t"]
-    parts = [table]
-    for k in range(1, periods):
-        rows = table.rows(1, len(table))
-        times = rows["t"] + k * (t[-1] - t[0])
-        parts.append(replace(rows, columns=rows.columns | {"t": times}))
-    one = ("corners", "rounding", "law", "request")
-    about = {name: value for name, value in table.about.items() if name not in one}
+    passed = np.repeat(np.arange(periods), len(t) - 1) * (t[-1] - t[0])
+    columns["t"] = columns["t"] + np.append(0.0, passed)
+    about = {key: value for key, value in table.about.items() if key not in _OF_GAITS}
     for name in ("period", "samples"):
         if name in about:
             about[name] *= periods
-    return replace(merged(parts), about=about)
+    return replace(table, columns=columns, about=about)
 
 
 def note_on_ends(alpha: FloatArray) -> str:
@@ -579,54 +559,61 @@ def completed_table(
     those just after each row and their accelerations are zero. Rows with rates alone are joined by cubics and get no
     accelerations. `t` must be there.
     """
-    stated, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
-    about = {
-        **table.about,
-        "vehicle": stated.as_mapping(),
-        "coefficients": numbers.kind,
-    }
-    if (
-        not isinstance(about.get("request"), dict)
-        or vehicle is not None
-        or coefficients is not None
-    ):
+    body, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
+    is_own = vehicle is None and coefficients is None
+    about = {**table.about, "vehicle": body.as_mapping()}
+    about["coefficients"] = numbers.kind
+    if not is_own or not isinstance(about.get("request"), dict):
         about.pop("request", None)  # the request was for something else
     alpha, codes = lifted_rows(table, numbers)
-    t = table["t"] - table["t"][0]
-    columns = table.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": t}
+    columns = table.columns | dict(zip(ANGLES, alpha.T, strict=True))
+    columns["t"] = table["t"] - table["t"][0]
     R = np.asarray(level_determinant(alpha, numbers))
-    if (
-        "R" not in table
-        or (
-            np.abs(table["R"] - R) > 2 * level_determinant_resolution(alpha, numbers)
-        ).any()
-    ):
+    allowed = 2 * level_determinant_resolution(alpha, numbers)
+    if "R" not in table or (np.abs(table["R"] - R) > allowed).any():
         columns["R"] = R
     if not codes.all():
         columns.pop("types", None)
     else:
         columns["color"] = tuple(map(color_of, codes.tolist()))
         if "types" not in table or wrong_types(table, codes).any():
-            pairs = zip(
-                *types_at(alpha, codes, numbers, crossing_tolerance), strict=True
+            pairs = types_at(alpha, codes, numbers, crossing_tolerance)
+            columns["types"] = tuple(
+                text_from_types(*pair) for pair in zip(*pairs, strict=True)
             )
-            columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-    if (
-        table.repeats
-    ):  # the first row again at the end, which replaces a last row that repeats it
-        whole, returned = Table(columns=columns, about=about), is_closed(alpha)
-        end = t[-1] if returned else closing_time(0.0, t[-1], len(t))
-        last = Table(columns=whole.rows(0, 1).columns | {"t": np.array([end])})
-        columns = merged([whole.rows(0, len(t) - returned), last]).columns
+    if table.repeats:
+        columns = _closed(columns, is_closed(alpha))
     if not all(name in table for name in RATES):
-        for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
-            slopes = np.diff(columns[name]) / np.diff(columns["t"]) + 0.0
-            columns |= {
-                rate: np.append(slopes, slopes[:1] if table.repeats else slopes[-1:]),
-                acceleration: np.zeros(len(slopes) + 1),
-            }
+        columns |= _slopes(columns, table.repeats)
     columns = {name: columns[name] for name in ORDER if name in columns}
     completed = Table(columns=columns, about=about)
-    if table.motion is None or vehicle is not None or coefficients is not None:
+    if table.motion is None or not is_own:
         return completed
     return completed.with_motion(table.motion)
+
+
+def _closed(columns: dict[str, Any], returned: bool) -> dict[str, Any]:
+    """Return columns with the first row at the end, in place of a last row that repeats it."""
+    t = columns["t"]
+    end = t[-1] if returned else closing_time(0.0, t[-1], len(t))
+    closed: dict[str, Any] = {}
+    for name, values in columns.items():
+        kept = values[:-1] if returned else values
+        if isinstance(values, np.ndarray):
+            closed[name] = np.append(kept, values[0])
+        else:
+            closed[name] = (*kept, values[0])
+    closed["t"][-1] = end
+    return closed
+
+
+def _slopes(columns: dict[str, Any], repeats: bool) -> dict[str, FloatArray]:
+    """Return the rates just after each row, and accelerations of zero, of rows that are joined by straight segments."""
+    step = np.diff(columns["t"])
+    made = {}
+    for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
+        slopes = np.diff(columns[name]) / step + 0.0
+        last = slopes[:1] if repeats else slopes[-1:]
+        made[rate] = np.append(slopes, last)
+        made[acceleration] = np.zeros(len(slopes) + 1)
+    return made

@@ -2,7 +2,7 @@
 
 The header has a table of the angles as floats, and a function that returns them at any time: before 0, after many
 periods, not a number. It is C99 and C++11, needs only <stdint.h>, and allocates nothing. Its first comment states what
-made it. Its text is in `gait_header.h.txt`; before a bar each line has the kinds of curve that it is for.
+made it. There is a template for rows that are joined by straight lines and one for cubics.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,10 +29,15 @@ from gaitgraph.io.servo_map import servos_of, tilts_from_joints
 if TYPE_CHECKING:
     from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.timing.timed_gait import TimedGait
 
 
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
 _EVEN, _NANOSECOND = 1e-6, 1e-9
+_REPEATS = (
+    "It repeats for ever; a float has 7 digits, so let t stay within some periods of 0."
+)
+_RESTS = "Before it and after it the angles are those of its ends."
 # Of a table alone: accelerations within ±d of a straight line between rows put a cubic off by at most step²/16·d, and
 # where they jump, d is half the largest second difference of the rows' accelerations.
 _CUBIC_SHARE = 32.0
@@ -43,30 +49,49 @@ def write_h(table: Table, path: Path) -> None:
     Rows are joined by cubics where the table says so and has no linkage, else by straight lines.
     """
     check_rows(table, _MOST_ROWS + 1, "a C header")
-    name = re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
-    if not name[:1].isalpha():
-        name = f"gait_{name.strip('_')}"[:60].rstrip("_")
-    times, angles, closed = (
-        table["t"] - table["t"][0],
-        table.alpha,
-        is_closed(table.alpha) and table.repeats,
-    )
     servos = servos_of(table)
-    is_linked = any(
-        joint.linkage is not None for joint in servos.joints
-    )  # then rates jump between rows
+    times = table["t"] - table["t"][0]
+    angles = table.alpha
+    closed = is_closed(angles) and table.repeats
+    # With a linkage the rates of joints jump between rows.
+    is_linked = any(joint.linkage is not None for joint in servos.joints)
     cubic = table.joined_by_cubics and not is_linked
     if len(times) == 1:  # a gait that is a point, once more
-        times, angles, closed, cubic = (
-            np.array([0.0, 1.0]),
-            np.vstack([angles, angles]),
-            True,
-            False,
-        )
+        times = np.array([0.0, 1.0])
+        angles = np.vstack([angles, angles])
+        closed = True
+    _check_even(times)
+    rows = len(times) - closed  # a closed table without its last row
+    name = _c_name(path.stem)
+    words = {
+        "file": _harmless(path.name),
+        "motion": "over its period" if closed else "a path",
+        "ends": _REPEATS if closed else _RESTS,
+        "provenance": _harmless(provenance_text(table)),
+        "name": name,
+        "NAME": name.upper(),
+        "joints": _harmless(json.dumps(servos.joint_names)),
+        "rotors": ", ".join(str(joint.rotor) for joint in servos.joints),
+        "seconds": f"{times[-1]:g}",
+        "period": _literal(times[-1]),
+        "rows": rows,
+        "intervals": len(times) - 1,
+        "repeats": int(closed),
+        "angle": _rows_of(angles[:rows]),
+    }
+    if cubic:
+        words |= _words_of_cubics(table, times, rows)
+    kind = "cubic" if cubic else "straight"
+    template = Path(__file__).with_name(f"{kind}_gait.h.txt")
+    text = Template(template.read_text(encoding="ascii")).substitute(words)
+    path.write_text(text, encoding="utf-8")
+
+
+def _check_even(times: FloatArray) -> None:
+    """Raise InputError unless times from 0 are evenly spaced."""
     step = times[-1] / (len(times) - 1)
-    if np.abs(times - step * np.arange(len(times))).max() > max(
-        _EVEN * step, _NANOSECOND
-    ):
+    late = np.abs(times - step * np.arange(len(times))).max()
+    if late > max(_EVEN * step, _NANOSECOND):
         raise InputError(
             "t must be evenly spaced in a C header",
             advice=Advice(
@@ -74,59 +99,51 @@ def write_h(table: Table, path: Path) -> None:
                 "give the gait another timing with --samples or --rate",
             ),
         )
-    rows = len(times) - closed  # a closed table without its last row
 
-    def literal(value: float) -> str:
-        """Return a number as the compiler reads the same one again."""
-        return f"{np.float32(value)!s}f"
 
-    tables, off, tabled = list[str](), "0", {"angle": angles}
-    if cubic:
-        tabled["rate"] = np.column_stack([table[one] for one in RATES])
-        longest = float(np.diff(times).max())
+def _c_name(stem: str) -> str:
+    """Return a name of C of up to 60 letters, digits and _ for a file's name."""
+    name = re.sub(r"[^A-Za-z0-9_]", "_", stem)[:60]
+    if name[:1].isalpha():
+        return name
+    return f"gait_{name.strip('_')}"[:60].rstrip("_")
+
+
+def _literal(value: float) -> str:
+    """Return a number as the compiler reads the same float again."""
+    return f"{np.float32(value)!s}f"
+
+
+def _rows_of(values: FloatArray) -> str:
+    """Return the rows of an array as those of a table in C."""
+    rows = (", ".join(map(_literal, row)) for row in values.tolist())
+    return "\n".join(f"    {{{row}}}," for row in rows)
+
+
+def _words_of_cubics(table: Table, times: FloatArray, rows: int) -> dict[str, Any]:
+    """Return what the template of cubics has beside the angles: rates, peaks, and how far they are off the gait."""
+    rates = np.column_stack([table[name] for name in RATES])
+    longest = float(np.diff(times).max())
+    if table.motion is not None:
+        bound = _proven_error(table, table.motion, longest)
+        off = f"at most {1.06 * bound:.1e}"  # not less, to two digits
+    else:
         changes = np.diff(accelerations_of(table), 2, axis=0)
         estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / _CUBIC_SHARE
         off = f"about {estimate:.1e}"
-        if table.motion is not None:
-            bound = _proven_error(table, table.motion, longest)
-            off = f"at most {1.06 * bound:.1e}"  # not less, to two digits
-    for what, values in tabled.items():
-        tables += ["", f"static const float {name}_{what}[{rows}][4] = {{"]
-        tables += [
-            f"    {{{', '.join(map(literal, row))}}}," for row in values[:rows].tolist()
-        ] + ["};"]
-
-    upper = name.upper()
-    words = {
-        "file": _harmless(path.name),
-        "provenance": _harmless(provenance_text(table)),
-        "tables": "\n".join(tables),
-    }
-    words |= {"name": name, "NAME": upper, "rows": str(rows), "off": off}
-    if cubic:
-        floats = [one.astype(np.float32).astype(float) for one in tabled.values()]
-        rate, acceleration = cubic_peaks(floats[0], floats[1], step)
-        words |= {"rate": f"{rate:.4g}", "acceleration": f"{acceleration:.4g}"}
-    words["joints"] = _harmless(json.dumps(servos.joint_names))
-    words["rotors"] = ", ".join(str(joint.rotor) for joint in servos.joints)
-    words |= {
-        "period": literal(times[-1]),
-        "seconds": f"{times[-1]:g}",
-        "step": literal(step),
-    }
-    words["intervals"] = f"{upper}_ROWS" if closed else f"({upper}_ROWS - 1)"
-    words["next"] = f"i + 1 < {upper}_ROWS ? i + 1 : 0" if closed else "i + 1"
-    kinds = ("", "closed" if closed else "open", "cubic" if cubic else "straight")
-    template = (
-        Path(__file__)
-        .with_name("gait_header.h.txt")
-        .read_text(encoding="ascii")
-        .splitlines()
+    step = times[-1] / (len(times) - 1)
+    rate, acceleration = cubic_peaks(
+        table.alpha.astype(np.float32).astype(float),
+        rates.astype(np.float32).astype(float),
+        step,
     )
-    parts = (one.partition("|") for one in template)
-    lines = [line for needed, _, line in parts if needed in kinds]
-    text = re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines))
-    path.write_text(text + "\n", encoding="utf-8")
+    return {
+        "rate_rows": _rows_of(rates[:rows]),
+        "off": off,
+        "rate": f"{rate:.4g}",
+        "acceleration": f"{acceleration:.4g}",
+        "step": _literal(step),
+    }
 
 
 def cubic_peaks(
@@ -154,7 +171,7 @@ def cubic_peaks(
     return rate, max(float(np.abs(one).max()) for one in (starting, ending))
 
 
-def _proven_error(table: Table, motion: Any, step: float) -> float:
+def _proven_error(table: Table, motion: TimedGait, step: float) -> float:
     """Return a bound of the error of the cubics through a table's floats against the motion that it samples [rad].
 
     For a cubic with the values and slopes of both ends it is h⁴/384·max|f⁗|. Over a corner, where f‴ jumps, it is
@@ -166,23 +183,17 @@ def _proven_error(table: Table, motion: Any, step: float) -> float:
     off = []
     for names, values in zip((ANGLES, RATES), motion.at(seconds), strict=False):
         written = np.column_stack([tilts[name] for name in names])
-        floats = max(
-            float(np.abs(table[name] - table[name].astype(np.float32)).max())
-            for name in names
-        )
-        off.append(floats + float(np.abs(written - values).max()))
+        stated = np.column_stack([table[name] for name in names])
+        by_float = np.abs(stated - stated.astype(np.float32)).max()
+        off.append(float(by_float + np.abs(written - values).max()))
     second, third, fourth = (float(motion.peaks(order).max()) for order in (2, 3, 4))
     corners = motion.corner_times
-    off_rows = (
-        np.abs(
-            corners[:, None]
-            - seconds[np.searchsorted(seconds[1:-1], corners)[:, None] + [0, 1]]
-        )
-        .min(axis=1)
-        .max()
+    after = np.searchsorted(seconds[1:-1], corners)
+    nearest = np.minimum(
+        np.abs(corners - seconds[after]), np.abs(corners - seconds[after + 1])
     )
     between_rows = min(step**2 / 16 * second, step**3 / 96 * third)
-    if off_rows <= _NANOSECOND:
+    if nearest.max() <= _NANOSECOND:
         between_rows = min(step**4 / 384 * fourth, between_rows)
     return between_rows + off[0] + step / 4 * off[1]
 

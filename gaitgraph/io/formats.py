@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from types import ModuleType
 
-    from gaitgraph.io.servo_map import ServoMapLike
+    from gaitgraph.io.servo_map import ServoMap, ServoMapLike
 
 _WHAT = "gait file"
 _MOST_PERIODS = 100_000
@@ -126,40 +126,57 @@ def tables_and_films(
     return [path for path in paths if path not in films], films
 
 
-def known_format(
-    path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = ()
-) -> Format:
-    """Return the format of a gait file by its suffix; InputError for another suffix, or if it cannot be read.
+_HINTS = {
+    ".db3": "; ros2 bag convert turns it into .mcap",
+    ".m": "; MATLAB and Octave load .mat",
+}
+_NOT_READ = "; this format is not read: use the gait table or the request"
+_HINTS_ON_READING = {
+    **dict.fromkeys((*FORMATS, *FILMS, ".svg"), _NOT_READ),
+    ".toml": "; a request is planned first",
+    **_HINTS,
+}
+_HINTS_ON_WRITING = {
+    ".svg": "; films are .gif, .mp4",
+    **dict.fromkeys(FILMS, "; films are written by animate"),
+    **_HINTS,
+}
 
-    With `reads` a folder may have any name if there is a bag in it. `what` is its name in messages, and `also` are
-    further suffixes that are read, to list.
+
+def known_format(path: str | Path, what: str) -> Format:
+    """Return the format of a file to write, by its suffix; InputError, which calls it `what`, for another suffix."""
+    suffix = path_of(path, what).suffix.lower()
+    if suffix in FORMATS:
+        return FORMATS[suffix]
+    known = [*FORMATS, *(FILMS if suffix not in FILMS else ())]
+    raise _unknown(suffix, repr(str(path)), what, known, _HINTS_ON_WRITING)
+
+
+def read_format(path: str | Path, what: str, also: Sequence[str] = ()) -> Format:
+    """Return the format of a file to read, by its suffix; a folder may have any name if there is a bag in it.
+
+    InputError, which calls it `what`, for another suffix; it lists those `also` that are read.
     """
-    given, path = str(path), path_of(path, what)
-    suffix = path.suffix.lower()
-    known = [suffix for suffix, one in FORMATS.items() if one.reads or not reads]
-    is_folder = reads and given != "" and suffix not in FORMATS and path.is_dir()
-    if is_folder and any(path.glob("*.mcap")):
-        suffix = ".mcap"
-    if suffix not in known:
-        which = repr(given) + ", a folder without a .mcap file" * is_folder
-        not_read = "; this format is not read: use the gait table or the request"
-        hints = (
-            dict.fromkeys((*FORMATS, *FILMS, ".svg"), not_read)
-            if reads
-            else {".svg": "; films are .gif, .mp4"}
-            | dict.fromkeys(FILMS, "; films are written by animate")
-        )
-        known += also if reads else [] if suffix in FILMS else FILMS
-        hints |= {
-            ".toml": "; a request is planned first",
-            ".db3": "; ros2 bag convert turns it into .mcap",
-            ".m": "; MATLAB and Octave load .mat",
-        }
-        hint = hints.get(suffix) or did_you_mean(suffix, known)
-        raise InputError(
-            f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}"
-        )
-    return FORMATS[suffix]
+    file = path_of(path, what)
+    suffix = file.suffix.lower()
+    known = [suffix for suffix, one in FORMATS.items() if one.reads]
+    got = repr(str(path))
+    if suffix not in FORMATS and str(path) != "" and file.is_dir():
+        if any(file.glob("*.mcap")):
+            return FORMATS[".mcap"]
+        got += ", a folder without a .mcap file"
+    if suffix in known:
+        return FORMATS[suffix]
+    raise _unknown(suffix, got, what, [*known, *also], _HINTS_ON_READING)
+
+
+def _unknown(
+    suffix: str, got: str, what: str, known: list[str], hints: dict[str, str]
+) -> InputError:
+    hint = hints.get(suffix) or did_you_mean(suffix, known)
+    return InputError(
+        f"{what} must have one of the suffixes {', '.join(known)}, got {got}{hint}"
+    )
 
 
 # -- Writing
@@ -184,55 +201,60 @@ def write_tables(
     check_outputs(paths, force=force, periods=periods)
     servo_map = None if servos is None else servo_map_named(servos)
 
-    def stated_in(form: Format) -> Table:
-        stated = table
-        if periods > 1 and form.reads and form.module is not ros:
-            stated = repeated(table, periods)
-        # Formats of robots state joints in their own radians, tables in the columns of the map.
-        in_format = servo_map if form.reads else None
-        if servo_map is not None and form.module in (ros, c_header):
-            in_format = servo_map.in_radians()
-        if in_format is not None:
-            stated = mapped_table(stated, in_format)
-        for name in form.own:
-            if name in stated:
-                other = f"use another name than {', '.join(map(repr, form.own))}"
-                raise InputError(
-                    f"column {name!r}: a {form.suffix} file has something else there; {other}"
-                )
-        return stated
-
-    def write(form: Format, scratch: Path) -> None:
+    contents = []
+    for path in map(Path, paths):
+        form = known_format(path, "output")
+        stated = _table_in(form, table, periods, servo_map)
         options = {"periods": periods} if form.module is ros else {}
-        form.function("write")(stated_in(form), scratch, **options)
+        contents.append((path, partial(form.function("write"), stated, **options)))
+    write_whole(contents, force=force)
 
-    write_whole(
-        [(Path(path), partial(write, known_format(path, "output"))) for path in paths],
-        force=force,
-    )
+
+def _table_in(
+    form: Format, table: Table, periods: int, servo_map: ServoMap | None
+) -> Table:
+    """Return the table that a format writes: as often as asked for, in the columns of a map."""
+    if periods > 1 and form.reads and form.module is not ros:
+        table = repeated(table, periods)
+    # Formats of robots state joints in their own radians, tables in the columns of the map.
+    if servo_map is not None and form.module in (ros, c_header):
+        table = mapped_table(table, servo_map.in_radians())
+    elif servo_map is not None:
+        table = mapped_table(table, servo_map)
+    for name in form.own:
+        if name in table:
+            other = f"use another name than {', '.join(map(repr, form.own))}"
+            raise InputError(
+                f"column {name!r}: a {form.suffix} file has something else there; {other}"
+            )
+    return table
 
 
 def check_outputs(
     paths: Sequence[str | Path], *, force: bool = False, periods: int = 1
 ) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
-    folders, formats = set(), [known_format(path, "output") for path in paths]
+    formats = {Path(path): known_format(path, "output") for path in paths}
     whole_number("periods", periods, 1, _MOST_PERIODS)
-    if periods > 1 and all(form.module is c_header for form in formats):
+    if periods > 1 and all(form.module is c_header for form in formats.values()):
         raise InputError(
             f"periods needs a table, .mcap or .yaml as output, got {periods} without one"
         )
-    for form, path in zip(formats, map(Path, paths), strict=True):
+    folders = {path for path, form in formats.items() if form.folder}
+    for path, form in formats.items():
         form.function("write")  # MissingExtra, if that is so
-        if form.folder:
-            folders.add(path)
-            for one in sorted(path.iterdir()) if path.is_dir() else ():
-                if not one.is_file() or (
-                    one.name != "metadata.yaml" and one.suffix != form.suffix
-                ):
-                    wanted = f"must be a new folder or a {form.name}, got a folder with {one.name!r} in it"
-                    raise OutputExists(f"output {str(path)!r} {wanted}")
+        if path in folders and path.is_dir():
+            _check_ours(path, form)
     check_new_files(paths, force=force, folders=folders)
+
+
+def _check_ours(folder: Path, form: Format) -> None:
+    """Raise OutputExists if there is something in a folder that the format does not write."""
+    for entry in sorted(folder.iterdir()):
+        is_ours = entry.name == "metadata.yaml" or entry.suffix == form.suffix
+        if not (is_ours and entry.is_file()):
+            wanted = f"must be a new folder or a {form.name}, got a folder with {entry.name!r} in it"
+            raise OutputExists(f"output {str(folder)!r} {wanted}")
 
 
 # -- Reading
@@ -260,7 +282,7 @@ def unchecked_table(
 
     The options are those of :class:`gaitgraph.io.columns.Wanted`.
     """
-    form, path = known_format(path, _WHAT, reads=True), Path(path)
+    form, path = read_format(path, _WHAT), Path(path)
     read = form.function("read")
     with reading(path, _WHAT), naming_file(path):
         path.stat()

@@ -38,8 +38,8 @@ from gaitgraph.graph.nodes import (
 from gaitgraph.invertibility.coefficients import Kind, coefficients_of
 from gaitgraph.io.formats import (
     holds_request,
-    known_format,
     object_from_json,
+    read_format,
     unchecked_table,
 )
 from gaitgraph.surface.loop_colorings import colorings
@@ -267,7 +267,7 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
     path, what = Path(path), _kind_of_file(path)
     if path.suffix.lower() != ".toml":
-        known_format(path, "request file", reads=True, also=(".toml",))
+        read_format(path, "request file", also=(".toml",))
     with naming_file(path, what):
         if path.suffix.lower() == ".toml":
             return table_from_toml(text_of(path, what))
