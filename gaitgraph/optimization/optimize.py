@@ -453,12 +453,10 @@ class _TimedCurve(TimedGait):
         t = times_from(t)
         return Motion(*(self.curve.at(t, order) for order in range(3)))
 
-    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
-        """Return the exact largest absolute values of derivatives of each angle."""
-        return [
-            np.abs(self.curve.at(self.curve.turning_points(order), order)).max(axis=0)
-            for order in orders
-        ]
+    def peaks(self, order: int) -> FloatArray:
+        """Return the exact largest absolute value of a derivative of each angle."""
+        turns = self.curve.turning_points(order)
+        return np.asarray(np.abs(self.curve.at(turns, order)).max(axis=0))
 
 
 class _Search(NamedTuple):

@@ -106,6 +106,47 @@ class RunUp:
         return self.motion.gait
 
     @property
+    def phase(self) -> str:
+        """Its name in a course."""
+        return "run-down" if self.stops else "run-up"
+
+    @property
+    def made_for(self) -> dict[str, list[float]]:
+        """The limits that the gait was made for."""
+        return self.motion.made_for
+
+    @property
+    def line(self) -> FloatArray:
+        """The corners that are passed, the first again at the end, shape (n + 1, 4) [rad]."""
+        return read_only(np.vstack([self.gait.alpha, self.gait.alpha[:1]]))
+
+    @property
+    def statement(self) -> dict[str, Any] | None:
+        """What it is made from, as plain values; None if that is more than corners, a law and limits."""
+        stated = self.motion.statement
+        if stated is None:
+            return None
+        return stated | {"periods": self.periods, "stops": self.stops}
+
+    def with_gait(self, gait: Gait) -> RunUp:
+        """Return the run-up of the same timing of another gait."""
+        return replace(self, motion=self.motion.with_gait(gait))
+
+    def slowed(self, by: float) -> RunUp:
+        """Return the run-up of the same gait in a multiple of its period."""
+        return replace(self, motion=self.motion.slowed(by))
+
+    def peaks(self, order: int) -> FloatArray:
+        """Return upper bounds, those of the gait; the fourth derivative has none."""
+        if order > 3:
+            return np.full(4, np.inf)
+        return self.motion.peaks(order)
+
+    def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
+        """Return every check of the whole gait."""
+        return self.motion.check(**options)
+
+    @property
     def _slowness(self) -> float:
         """1/k [s]."""
         return self.periods * self.motion.period / _RISE
@@ -264,19 +305,14 @@ class JoinedPath(TimedGait):
     @property
     def course(self) -> Course:
         """The sections with their times."""
-        parts: list[tuple[str, float, float, TimedGait | RunUp]] = []
-        for section in self.sections:
-            phase = "path"
-            if isinstance(section, RunUp):
-                phase = "run-down" if section.stops else "run-up"
-            parts.append((phase, section.period, 0.0, section))
-        return course_of(parts)
+        return course_of(
+            (section.phase, section.period, 0.0, section) for section in self.sections
+        )
 
     @property
     def made_for(self) -> dict[str, list[float]]:
         """The lower of the limits that the gaits were made for; see :attr:`TimedGait.made_for`."""
-        runs = [one for one in self.sections if isinstance(one, RunUp)]
-        lowest = lowest_limits(run.motion.made_for for run in runs)
+        lowest = lowest_limits(section.made_for for section in self.sections)
         return {kind: list(four_of(limit)) for kind, limit in lowest.items()}
 
     @property
@@ -287,26 +323,9 @@ class JoinedPath(TimedGait):
     @property
     def stated_sections(self) -> list[dict[str, Any]] | None:
         """What the sections are made from, as plain values; None if that is more than corners, laws and limits."""
-        parts: list[dict[str, Any]] = []
-        for section in self.sections:
-            motion = section.motion if isinstance(section, RunUp) else section
-            corners = motion.stated_corners
-            if corners is None:
-                return None
-            part: dict[str, Any] = {
-                "corners": corners.tolist(),
-                "law": motion.law,
-                "period": motion.period,
-            }
-            rounding = getattr(motion, "rounding", None)
-            if rounding is not None:
-                part["rounding"] = rounding.tolerance
-            if motion.made_for:
-                part["limits"] = motion.made_for
-            if isinstance(section, RunUp):
-                part |= {"periods": section.periods, "stops": section.stops}
-            parts.append(part)
-        return parts
+        stated = [section.statement for section in self.sections]
+        known = [statement for statement in stated if statement is not None]
+        return known if len(known) == len(stated) else None
 
     def with_gait(self, gait: Gait) -> Self:
         """Return the same motion for the vehicle and the coefficients of a gait."""
@@ -315,25 +334,15 @@ class JoinedPath(TimedGait):
             "coefficients": gait.coefficients,
             "crossing_tolerance": gait.crossing_tolerance,
         }
-        sections: list[TimedPath | RunUp] = []
-        for section in self.sections:
-            if isinstance(section, RunUp):
-                motion = section.motion.with_gait(replace(section.gait, **of))
-                sections.append(replace(section, motion=motion))
-            else:
-                sections.append(section.with_gait(replace(section.gait, **of)))
+        sections = [
+            section.with_gait(replace(section.gait, **of)) for section in self.sections
+        ]
         return replace(self, gait=gait, sections=tuple(sections))
 
     def with_period(self, period: float) -> Self:
         """Return the same motion in another duration [s]."""
         slower = period / self.period
-        sections: list[TimedPath | RunUp] = []
-        for section in self.sections:
-            if isinstance(section, RunUp):
-                motion = section.motion.with_period(slower * section.motion.period)
-                sections.append(replace(section, motion=motion))
-            else:
-                sections.append(section.with_period(slower * section.period))
+        sections = [section.slowed(slower) for section in self.sections]
         return replace(self, period=float(period), sections=tuple(sections))
 
     @property
@@ -354,26 +363,14 @@ class JoinedPath(TimedGait):
             accelerations=motion.accelerations.reshape(shape) * moves,
         )
 
-    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+    def peaks(self, order: int) -> FloatArray:
         """Return upper bounds: those of the paths and the gaits; the fourth derivative of a run-up has none."""
-        peaks = [np.zeros(4) for _ in orders]
-        for section in self.sections:
-            is_run = isinstance(section, RunUp)
-            motion = section.motion if isinstance(section, RunUp) else section
-            for k, order in enumerate(orders):
-                bound = motion.peaks(order)
-                if is_run and order > 3:
-                    bound = np.full(4, np.inf)
-                peaks[k] = np.maximum(peaks[k], bound)
-        return peaks
+        peaks = [section.peaks(order) for section in self.sections]
+        return np.asarray(np.max(peaks, axis=0))
 
     def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the paths and of the whole gaits that are begun or left, the worse of each."""
-        motions = [
-            section.motion if isinstance(section, RunUp) else section
-            for section in self.sections
-        ]
-        reports = [motion.check(**options) for motion in motions]
+        reports = [section.check(**options) for section in self.sections]
         found = later.worst_of(reports)
         power = None if found.hover_power is None else self.hover_power
         return replace(found, hover_power=power, hover_power_over="time", repeats=False)
@@ -381,14 +378,7 @@ class JoinedPath(TimedGait):
 
 def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:
     """Return the closed polyline that leads along some sections and back."""
-    lines = []
-    for section in sections:
-        corners = section.gait.alpha
-        if isinstance(section, RunUp):
-            lines.append(np.vstack([corners, corners[:1]]))
-        else:
-            lines.append(corners[: len(corners) // 2 + 1])
-    out = np.vstack(lines)
+    out = np.vstack([section.line for section in sections])
     alpha = np.vstack([out, out[-2:0:-1]])
     gait = sections[0].gait
     return replace(gait, alpha=alpha, colors=gait.colors[:1] * len(alpha), request={})
@@ -427,22 +417,23 @@ def joined_again(
     for part in parts:
         corners = np.array(part["corners"], dtype=float)
         law, period = part["law"], part["period"]
-        is_path = "periods" not in part
-        if is_path:
-            corners = np.vstack([corners, corners[-2:0:-1]])
-        gait = replace(like, alpha=corners, colors=like.colors[:1] * len(corners))
-        if is_path:
+        if "periods" not in part:
+            gait = _through(like, np.vstack([corners, corners[-2:0:-1]]))
             sections.append(TimedPath.of(gait.parametrize(2 * period, law=law)))
             continue
         motion = timed_by_law(
-            gait,
+            _through(like, corners),
             law,
             period,
             samples=1,
             limits=part.get("limits", {}),
             rounding=part.get("rounding"),
         )
-        sections.append(
-            RunUp(motion=motion, periods=part["periods"], stops=part["stops"])
-        )
+        run = RunUp(motion=motion, periods=part["periods"], stops=part["stops"])
+        sections.append(run)
     return JoinedPath.of(sections, samples)
+
+
+def _through(like: Gait, corners: FloatArray) -> Gait:
+    """Return the gait through some corners, for the vehicle, coefficients and color of another."""
+    return replace(like, alpha=corners, colors=like.colors[:1] * len(corners))

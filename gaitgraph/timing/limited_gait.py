@@ -21,8 +21,6 @@ from gaitgraph.timing.polynomials import (
 from gaitgraph.timing.timed_gait import Motion, TimedGait
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from gaitgraph import later
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.forms import FloatArray
@@ -89,6 +87,11 @@ class LimitedGait(TimedGait):
         under_jerk = bool(np.isfinite(self.limits[2]).any())
         return None if under_jerk else self.rounding.gait.alpha
 
+    @property
+    def stated_rounding(self) -> float | None:
+        """The rounding that the curve was made by [rad]; None for a polyline."""
+        return None if self.rounding is None else self.rounding.tolerance
+
     def with_gait(self, gait: Gait) -> Self:
         """Return the same law for another vehicle, or other coefficients, of a gait; see :meth:`TimedGait.with_gait`."""
         curve = self.curve
@@ -139,10 +142,9 @@ class LimitedGait(TimedGait):
         by_share = peaks_of(self.tilts, np.ones(len(self.widths)), order)
         return by_share / self.widths[:, None] ** order
 
-    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+    def peaks(self, order: int) -> FloatArray:
         """Return upper bounds from Bernstein coefficients; they are the sharper the more knots there are."""
-        largest = (self._peaks_between_knots(order).max(axis=0) for order in orders)
-        return [np.tile(peak, 2) for peak in largest]
+        return np.tile(self._peaks_between_knots(order).max(axis=0), 2)
 
     def limits_touched(self, within: float = 0.01) -> tuple[TouchedLimit, ...]:
         """Return the limits that the law comes within a share of, and for what share of the period."""

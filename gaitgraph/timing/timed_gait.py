@@ -21,6 +21,7 @@ from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
     RATE_CHECKS,
+    RATE_UNITS,
     RATES,
     Table,
 )
@@ -40,13 +41,14 @@ from gaitgraph.timing.polynomials import (
     times_from,
     values_of,
 )
+from gaitgraph.tolerances import ROUND_OFF
 from gaitgraph.vehicle import four_of, scale_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
-    from gaitgraph.gait.given import GaitLike
+    from gaitgraph.gait.given import GaitLike, GivenGait
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import VehicleLike
@@ -61,7 +63,6 @@ MOST_CORNERS = 1000
 
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
 JOINED = "joined"  # that of motions one after another, see gaitgraph.timing.joining
-SAME = 1e-6  # largest distance between a row and a law that it follows [rad]
 
 
 class Motion(NamedTuple):
@@ -133,6 +134,27 @@ class TimedGait(Pictured):
         """The corners from which law and period give the motion, shape (n, 4) [rad]; None if they do not."""
         return self.gait.alpha
 
+    @property
+    def stated_rounding(self) -> float | None:
+        """The rounding of the stated corners from which the motion follows [rad]; None for none."""
+        return None
+
+    @property
+    def statement(self) -> dict[str, Any] | None:
+        """What the motion follows from, as plain values; None if that is more than corners, a law and limits."""
+        if self.stated_corners is None:
+            return None
+        stated: dict[str, Any] = {
+            "corners": self.stated_corners.tolist(),
+            "law": self.law,
+            "period": self.period,
+        }
+        if self.stated_rounding is not None:
+            stated["rounding"] = self.stated_rounding
+        if self.made_for:
+            stated["limits"] = self.made_for
+        return stated
+
     def with_gait(self, gait: Gait) -> Self:
         """Return the same timing of another gait with as many corners."""
         return replace(self, gait=gait)
@@ -140,6 +162,10 @@ class TimedGait(Pictured):
     def with_period(self, period: float) -> Self:
         """Return the same law over another period [s]."""
         return replace(self, period=float(period))
+
+    def slowed(self, by: float) -> Self:
+        """Return the same law over a multiple of the period."""
+        return self.with_period(by * self.period)
 
     @property
     def corner_times(self) -> FloatArray:
@@ -247,32 +273,21 @@ class TimedGait(Pictured):
         between corners. From 2 on they are infinite where a law turns a corner at full speed. Jerks of the law `smooth`
         jump at the corners.
         """
-        return self._peaks((order,))[0]
-
-    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
-        """Return what :meth:`peaks` does, for each of some orders."""
-        times, factors = self.corner_times, LAWS.get(self.law, STRAIGHT).peaks
-        duration, step = times[1:] - times[:-1], self.gait.ends - self.gait.alpha
+        factor = LAWS.get(self.law, STRAIGHT).peaks[order - 1]
+        duration = np.diff(self.corner_times)
         moving = duration > 0
         if not moving.any():
-            return [np.zeros(4) for _ in orders]
-        step, duration = (
-            (step, duration) if moving.all() else (step[moving], duration[moving])
-        )
-        velocity, per_second = step / duration[:, None], 1.0 / duration[:, None]
+            return np.zeros(4)
+        step = (self.gait.ends - self.gait.alpha)[moving]
+        velocity = step / duration[moving, None]
         speed = np.abs(velocity)
-
-        def peak(order: int) -> FloatArray:
-            if math.isfinite(factors[order - 1]):
-                return np.asarray(
-                    factors[order - 1] * (speed * per_second ** (order - 1)).max(axis=0)
-                )
-            turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (
-                1.0 + speed.max()
-            )
-            return np.where(turns.any(axis=0), np.inf, 0.0)
-
-        return [peak(order) for order in orders]
+        if math.isfinite(factor):
+            per_second = 1.0 / duration[moving, None]
+            largest = (speed * per_second ** (order - 1)).max(axis=0)
+            return np.asarray(factor * largest)
+        change = np.abs(velocity - np.roll(velocity, 1, axis=0))
+        turns = change > ROUND_OFF * (1.0 + speed.max())
+        return np.where(turns.any(axis=0), np.inf, 0.0)
 
     @property
     def peak_rates(self) -> FloatArray:
@@ -308,18 +323,15 @@ class TimedGait(Pictured):
         A failed check states the `noun` that would keep the limit, a time that is a `share` of the period.
         """
         checks = []
-        made_for = {f"tilt_{kind}": tuple(four) for kind, four in self.made_for.items()}
-        stated = {
-            name: getattr(self.gait.vehicle, f"max_{name}") for name in RATE_CHECKS
-        }
-        limited = [
-            made_for.get(name) if limit is None else limit
-            for name, limit in stated.items()
-        ]
-        orders = [1, 2, 3] if limited[2] is not None else [1, 2]
-        for order, name, limits, peaks in zip(
-            orders, RATE_CHECKS, limited, self._peaks(orders), strict=False
+        for order, (name, kind) in enumerate(
+            zip(RATE_CHECKS, RATE_UNITS, strict=True), start=1
         ):
+            limits = getattr(self.gait.vehicle, f"max_{name}")
+            if limits is None and kind in self.made_for:
+                limits = tuple(self.made_for[kind])
+            if limits is None and kind == "jerk":
+                continue
+            peaks = self.peaks(order)
             joint = int((peaks / scale_of(limits)).argmax())
             peak, limit, advice = float(peaks[joint]), four_of(limits)[joint], ""
             if math.isinf(peak):
@@ -426,12 +438,12 @@ class RowTimedGait(TimedGait):
             *(values_of(derivative_of(pieces, k)[:, piece], local) for k in range(3))
         )
 
-    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+    def peaks(self, order: int) -> FloatArray:
+        """Return the largest size of a derivative of each angle, or a bound of it; see :meth:`TimedGait.peaks`."""
         pieces = self._pieces
         if pieces is None:
-            return TimedGait._peaks(self, orders)
-        widths = np.diff(self.times)
-        return [peaks_of(pieces, widths, order).max(axis=0) for order in orders]
+            return TimedGait.peaks(self, order)
+        return np.asarray(peaks_of(pieces, np.diff(self.times), order).max(axis=0))
 
     def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the rows; see :func:`gaitgraph.validation.validating.validate`."""
@@ -480,6 +492,16 @@ class TimedPath(TimedGait):
         return False
 
     @property
+    def phase(self) -> str:
+        """Its name among motions one after another."""
+        return "path"
+
+    @property
+    def line(self) -> FloatArray:
+        """The corners that are passed, both ends included, shape (n, 4) [rad]."""
+        return read_only(self.gait.alpha[: len(self.gait.alpha) // 2 + 1])
+
+    @property
     def stated_corners(self) -> FloatArray | None:
         """The corners of the path, both ends included, shape (n, 4) [rad]."""
         corners = self.loop.stated_corners
@@ -518,8 +540,9 @@ class TimedPath(TimedGait):
         end: FloatArray = self.gait.alpha[len(self.gait.alpha) // 2]
         return end
 
-    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
-        return self.loop._peaks(orders)
+    def peaks(self, order: int) -> FloatArray:
+        """Return those of the loop; see :meth:`TimedGait.peaks`."""
+        return self.loop.peaks(order)
 
     def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the path; options as for :meth:`Gait.check`."""
@@ -552,99 +575,103 @@ def timed_gait_of(
     """
     given = given_gait(gait, vehicle=vehicle, coefficients=coefficients)
     source = given.source
-    is_file = given.file is not None
     if isinstance(source, TimedGait):
         if period in (None, source.period) and law in (None, source.law):
             return source
+        seconds = source.period if period is None else period
         choice: Any = source.law if law is None else law
-        return source.gait.parametrize(
-            source.period if period is None else period, law=choice
-        )
+        return source.gait.parametrize(seconds, law=choice)
     if isinstance(source, Gait):
-        return source.parametrize(
-            1.0 if period is None else period, law=law or DEFAULT_LAW
-        )
-    about = source.about
-    if about.get("made_by") == "fly":
-        name = str(given.file) if is_file else "FILE"
-        advice = (
-            f"; gaitgraph plan {name} --output gait.csv writes its gait"
-            if "request" in about
-            else ""
-        )
-        raise InputError(
-            f"gait file {name!r} must be the table of a gait, got that of a flight{advice}",
-            file=str(name),
-        )
+        seconds = 1.0 if period is None else period
+        return source.parametrize(seconds, law=law or DEFAULT_LAW)
+    _refuse_flight(source, given.file)
     motion = given.motion
     if motion is not None and period is None and law is None:
         return motion
-    rows, times = given.rows
-    corners = replace(rows.merged(), request=rows.request)
-    if motion is not None:
-        corners = motion.gait
+    if source.repeats or len(source) == 1:
+        return _timed_rows(given, source, period, law)
     with naming_file(given.file):
-        if not source.repeats and len(source) > 1:
-            return _timed_path(source, corners, rows, times, period, law)
-    is_asked = period is not None or law is not None
-    period = about.get("period") if period is None else period
-    law = law or (about["law"] if about.get("law") in (*LAWS,) else DEFAULT_LAW)
-    if times is None or len(source) == 1:
-        if period is None and len(corners.alpha) > 1 and is_file:
-            raise InputError(
-                f"gait file {str(given.file)!r} has no column t",
-                file=str(given.file),
-                advice=Advice("set period= (s)", "set --period SECONDS"),
-            )
-        return corners.parametrize(1.0 if period is None else period, law=law)
-    times = times - times[0]
-    if is_asked:
-        return corners.parametrize(
-            float(times[-1]) if period is None else period, law=law
+        return _timed_path(given, source, period, law)
+
+
+def _refuse_flight(table: Table, file: str | Path | None) -> None:
+    """Raise InputError for the table of a flight."""
+    if table.about.get("made_by") != "fly":
+        return
+    name, advice = str(file or "FILE"), ""
+    if "request" in table.about:
+        advice = f"; gaitgraph plan {name} --output gait.csv writes its gait"
+    raise InputError(
+        f"gait file {name!r} must be the table of a gait, got that of a flight{advice}",
+        file=name,
+    )
+
+
+def _corners_of(given: GivenGait) -> Gait:
+    """Return the polyline that a table is timed anew on: that of its motion, else of its rows, straight runs merged."""
+    if given.motion is not None:
+        return given.motion.gait
+    rows = given.rows.gait
+    return replace(rows.merged(), request=rows.request)
+
+
+def _timed_rows(
+    given: GivenGait, table: Table, period: float | None, law: LawName | None
+) -> TimedGait:
+    """Return the rows of a table that repeats at their own times; with a new timing, or without times, by a law."""
+    rows, times = given.rows
+    corners = _corners_of(given)
+    has_times = times is not None and len(table) > 1
+    if times is not None and has_times and period is None and law is None:
+        one_color = len(set(corners.colors)) == 1
+        colors = corners.colors[:1] * len(rows.alpha) if one_color else ()
+        return RowTimedGait(
+            gait=replace(corners, alpha=rows.alpha, colors=colors),
+            period=float(times[-1] - times[0]),
+            law=ROW_BY_ROW,
+            samples=len(times) - 1,
+            times=times - times[0],
+            closed=len(rows.alpha) < len(table),
+            law_stated="law" in table.about,
         )
-    colors = (
-        corners.colors[:1] * len(rows.alpha) if len(set(corners.colors)) == 1 else ()
-    )
-    return RowTimedGait(
-        gait=replace(corners, alpha=rows.alpha, colors=colors),
-        period=float(times[-1]),
-        law=ROW_BY_ROW,
-        samples=len(times) - 1,
-        times=times,
-        closed=len(rows.alpha) < len(source),
-        law_stated="law" in about,
-    )
+    if period is None:
+        period = table.about.get("period")
+    if period is None and times is not None and has_times:
+        period = float(times[-1] - times[0])
+    if period is None and len(corners.alpha) > 1 and given.file is not None:
+        raise InputError(
+            f"gait file {str(given.file)!r} has no column t",
+            file=str(given.file),
+            advice=Advice("set period= (s)", "set --period SECONDS"),
+        )
+    stated = table.about.get("law")
+    if law is None:
+        law = stated if stated in (*LAWS,) else DEFAULT_LAW
+    return corners.parametrize(1.0 if period is None else period, law=law)
 
 
 def _timed_path(
-    table: Table,
-    corners: Gait,
-    rows: Gait,
-    times: FloatArray | None,
-    duration: float | None,
-    law: LawName | None,
+    given: GivenGait, table: Table, duration: float | None, law: LawName | None
 ) -> TimedPath:
-    """Return the motion of a table that is run once; `corners`, `rows` and `times` lead out and back.
-
-    By default it is that of the rows, joined by straight lines.
-    """
-    known = law or DEFAULT_LAW
-    count = len(table) - 1
+    """Return the motion of a table that is run once; its rows, straight between them, or with a new timing by a law."""
+    rows, times = given.rows
+    corners = _corners_of(given)
+    samples = 2 * (len(table) - 1)
+    if times is None and duration is None:
+        raise InputError("t must be a column of a path, got none; set a period")
     if times is None or duration is not None or law is not None:
         if duration is None:
-            if times is None:
-                raise InputError("t must be a column of a path, got none; set a period")
             duration = float(table["t"][-1] - table["t"][0])
-        return TimedPath.of(
-            corners.parametrize(2 * duration, law=known, samples=2 * count)
+        loop = corners.parametrize(
+            2 * duration, law=law or DEFAULT_LAW, samples=samples
         )
-    times = times - times[0]
+        return TimedPath.of(loop)
     loop = RowTimedGait(
         gait=replace(corners, alpha=rows.alpha, colors=rows.colors),
-        period=float(times[-1]),
+        period=float(times[-1] - times[0]),
         law=ROW_BY_ROW,
-        samples=2 * count,
-        times=times,
+        samples=samples,
+        times=times - times[0],
         law_stated="law" in table.about,
     )
     return TimedPath.of(loop)
@@ -712,9 +739,8 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     corners = timed.stated_corners
     if corners is not None and gait.color != "mixed" and len(corners) <= MOST_CORNERS:
         made["corners"] = corners.tolist()
-        rounding = getattr(timed, "rounding", None)
-        if rounding is not None:
-            made["rounding"] = rounding.tolerance
+        if timed.stated_rounding is not None:
+            made["rounding"] = timed.stated_rounding
     if gait.request:
         # Requests know the built-in laws only.
         timing = (
