@@ -31,7 +31,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -41,6 +40,8 @@ import shapely
 from gaitgraph.arrays import read_only
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
     from shapely import Polygon
 
     from gaitgraph.invertibility.forms import FloatArray
@@ -64,6 +65,7 @@ _LAST_ROUNDS = 6
 _SLACK = 1e-10
 _CHOSEN = 0.02  # sides of cells this near are constraints from the beginning, others when they are crossed [rad]
 _MOST_CHOICES = 30  # of sides
+_MOST_REFINED = 6  # the same, by sequential quadratic programming
 _ACTIVE = 1e-6
 _SIDES = 32  # discs count as polygons where they must be linear
 _STILL = 1e-2  # weight of moving the loop as a whole, which costs no effort, against that of its lowest mode
@@ -216,48 +218,51 @@ class LeastEffort:
         A cell goes `reach` beyond the bounding box of its piece; sides farther away are not looked at.
         """
         count = len(hulls)
-        low, high = hulls.min(axis=1) - reach, hulls.max(axis=1) + reach
-        owner, side = self._tree.query(
-            shapely.box(*(low - self.clearance).T, *(high + self.clearance).T)
-        )
-        order = np.lexsort((side, owner))
-        owner, side = owner[order], side[order]
+        low = hulls.min(axis=1) - reach
+        high = hulls.max(axis=1) + reach
+        boxes = shapely.box(*(low - self.clearance).T, *(high + self.clearance).T)
+        owner, side = self._tree.query(boxes)
         shapes: Any = shapely.convex_hull(shapely.multipoints(hulls))
-        shortest = shapely.get_coordinates(
-            shapely.shortest_line(shapes[owner], self._sides[side])
-        ).reshape(-1, 2, 2)
-        on_hull, on_side = shortest[:, 0], shortest[:, 1]
-        distance = np.linalg.norm(on_side - on_hull, axis=1)
         normals, offsets, piece = [], [], []
-        bounds = np.searchsorted(owner, np.arange(count + 1)).tolist()
-        for number, (first, last) in enumerate(pairwise(bounds)):
-            left = first + np.argsort(distance[first:last], kind="stable")
-            while left.size:
-                nearest = left[0]
-                normal = (on_side[nearest] - on_hull[nearest]) / max(
-                    float(distance[nearest]), 1e-300
-                )
-                offset = float(normal @ on_side[nearest])
+        for number in range(count):
+            sides = np.sort(side[owner == number])
+            for normal, offset in self._separating(shapes[number], sides):
                 normals.append(normal)
                 offsets.append(offset - self.clearance)
                 piece.append(number)
-                nearer = np.minimum(
-                    self._starts[side[left]] @ normal, self._ends[side[left]] @ normal
-                )
-                left = left[1:][nearer[1:] < offset - _BEYOND]
+        # The four sides of the box of each piece.
         axes = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+        reaches = np.concatenate([high, -low], axis=1).ravel()
+        boxed = np.repeat(np.arange(count), 4)
+        on_border = np.arange(len(offsets) + len(reaches)) < len(offsets)
         return HalfPlanes(
             normals=np.concatenate(
-                [np.array(normals).reshape(-1, 2), np.tile(axes, (count, 1))]
+                [np.reshape(normals, (-1, 2)), np.tile(axes, (count, 1))]
             ),
-            offsets=np.concatenate(
-                [np.array(offsets), np.concatenate([high, -low], axis=1).ravel()]
-            ),
-            piece=np.concatenate(
-                [np.array(piece, dtype=np.int64), np.repeat(np.arange(count), 4)]
-            ),
-            on_border=np.arange(len(offsets) + 4 * count) < len(offsets),
+            offsets=np.concatenate([offsets, reaches]),
+            piece=np.concatenate([np.array(piece, dtype=np.int64), boxed]),
+            on_border=on_border,
         )
+
+    def _separating(
+        self, hull: Any, sides: IntArray
+    ) -> Iterator[tuple[FloatArray, float]]:
+        """Yield half-planes, by normal and offset, that shut out all of some sides, from the nearest side outward."""
+        shortest = shapely.shortest_line(hull, self._sides[sides])
+        ends = shapely.get_coordinates(shortest).reshape(-1, 2, 2)
+        on_side = ends[:, 1]
+        away = on_side - ends[:, 0]
+        distance = np.linalg.norm(away, axis=1)
+        left = np.argsort(distance, kind="stable")
+        while left.size:
+            nearest = left[0]
+            normal = away[nearest] / max(float(distance[nearest]), 1e-300)
+            offset = float(normal @ on_side[nearest])
+            yield normal, offset
+            starts = self._starts[sides[left]] @ normal
+            ends_beyond = self._ends[sides[left]] @ normal
+            nearer = np.minimum(starts, ends_beyond)
+            left = left[1:][nearer[1:] < offset - _BEYOND]
 
     def evened(self, loop: SmoothLoop) -> SmoothLoop | None:
         """Return a spline with points of a loop, evenly spaced, as control points, or None if it leaves the polygon."""
@@ -430,43 +435,26 @@ class Program:
         x, size = self.origin, 2 * self.count
         scale = np.ones(len(x))
         scale[size:] = 2 * trust / self.unit
-        always, most = self._disc_sides()
-        if trust and self.later:
-            moves = np.eye(self.later, len(x), size)
-            farthest = np.minimum(trust / self.unit, 0.9 * np.abs(self.bounds.T[::-1]))
-            always = np.concatenate([always, moves, -moves])
-            most = np.concatenate([most, *farthest])
         # In unknowns whose squared distance from the origin is to be least; the loop as a whole stays near where it is.
-        gap, equal = self.point_gap(x)
-        equal = equal * scale
         start = x / np.where(scale > 0, scale, 1.0)
         start[:2] = 0.0
-        free, base = np.eye(len(x)), np.zeros(len(x))
-        k = len(gap)
-        if k:
-            across, triangle = np.linalg.qr(equal.T, mode="complete")
-            if np.abs(np.diag(triangle[:k])).min() < 1e-9 * np.abs(triangle).max():
-                return None  # two points are to be passed at once
-            base = across[:, :k] @ np.linalg.solve(triangle[:k].T, equal @ start - gap)
-            free = across[:, k:]
+        gap, equal = self.point_gap(x)
+        solutions = _solutions(equal * scale, gap, start)
+        if solutions is None:
+            return None  # two points are to be passed at once
+        base, free = solutions
+        always, most = self._always(trust)
         length = math.sqrt(2 * self.loop.effort) + 1e-9
         slack = self.slack(x)
         chosen = slack < _CHOSEN
         for _ in range(_MOST_CHOICES):
             rows = np.concatenate([-self.slack_slope(chosen), always]) * scale
             limits = np.concatenate([slack[chosen], most]) + rows @ (start - base)
-            lefts = np.vstack([-(rows @ free).T, -limits[None] / length])
-            right = np.zeros(len(lefts))
-            right[-1] = 1.0
-            try:
-                multipliers, remaining = _nonnegative(lefts, right)
-            except RuntimeError:
+            step = _nearest_to_origin(rows @ free, limits, length)
+            if step is None:
                 return None
-            if remaining < 1e-7:
-                return None  # no loop is in all cells and discs
-            residual = lefts @ multipliers - right
-            step = residual[:-1] * (-length / residual[-1])
-            if np.max(rows @ (free @ step) - limits, initial=0.0) > _SLACK:
+            beyond = rows @ (free @ step) - limits
+            if beyond.max(initial=0.0) > _SLACK:
                 return None
             best = (base + free @ step) * scale
             best[:2] += x[:2]
@@ -475,6 +463,18 @@ class Program:
                 return self.loop_at(best)
             chosen |= crossed
         return None
+
+    def _always(self, trust: float) -> tuple[FloatArray, FloatArray]:
+        """Return the limits beside those of cells: rows, and how far inside them the loop is; of discs, and of moves."""
+        sides, inside = self._disc_sides()
+        if not trust or not self.later:
+            return sides, inside
+        moves = np.eye(self.later, len(self.origin), 2 * self.count)
+        earlier, later = np.minimum(
+            trust / self.unit, 0.9 * np.abs(self.bounds.T[::-1])
+        )
+        rows = np.concatenate([sides, moves, -moves])
+        return rows, np.concatenate([inside, earlier, later])
 
     def _disc_sides(self) -> tuple[FloatArray, FloatArray]:
         """Return the sides of polygons inside the discs, as rows, and how far inside them the loop passes."""
@@ -495,41 +495,39 @@ class Program:
 
     def refined(self) -> SmoothLoop | None:
         """Return the best loop, by sequential quadratic programming from the loop itself, or None if it fails."""
-        from scipy.optimize import minimize
-
         chosen = self.slack(self.origin) < _CHOSEN / 2
-        for _ in range(6):
-            slope = self.slack_slope(chosen)
-            base = self.slack(np.zeros_like(self.origin))[chosen]
-            constraints: list[Any] = [
-                {
-                    "type": kind,
-                    "fun": lambda x, of=of: of(x)[0],
-                    "jac": lambda x, of=of: of(x)[1],
-                }
-                for kind, of, wanted in (
-                    ("ineq", lambda x, b=base, a=slope: (b + a @ x, a), chosen.any()),
-                    ("ineq", self.disc_slack, self.round.any()),
-                    ("eq", self.point_gap, not self.round.all()),
-                )
-                if wanted
-            ]
-            found: Any = minimize(  # type: ignore[call-overload]
-                self.effort,
-                self.origin,
-                jac=True,
-                method="SLSQP",
-                bounds=np.vstack(
-                    [np.tile([-np.inf, np.inf], (2 * self.count, 1)), self.bounds]
-                ),
-                constraints=constraints,
-                options={"maxiter": 60, "ftol": 1e-12 * self.effort(self.origin)[0]},
-            )
-            crossed = self.slack(found.x) < -_SLACK
+        for _ in range(_MOST_REFINED):
+            x = self._refined_within(chosen)
+            crossed = self.slack(x) < -_SLACK
             if not (crossed & ~chosen).any():
-                return self.loop_at(found.x)
+                return self.loop_at(x)
             chosen |= crossed
         return None
+
+    def _refined_within(self, chosen: BoolArray) -> FloatArray:
+        """Return the unknowns of the best loop that keeps within the chosen sides of cells, and passes the discs."""
+        from scipy.optimize import minimize
+
+        slope = self.slack_slope(chosen)
+        base = self.slack(np.zeros_like(self.origin))[chosen]
+        constraints = []
+        if chosen.any():
+            constraints.append(_constraint("ineq", lambda x: (base + slope @ x, slope)))
+        if self.round.any():
+            constraints.append(_constraint("ineq", self.disc_slack))
+        if not self.round.all():
+            constraints.append(_constraint("eq", self.point_gap))
+        free = np.tile([-np.inf, np.inf], (2 * self.count, 1))
+        result: Any = minimize(  # type: ignore[call-overload]
+            self.effort,
+            self.origin,
+            jac=True,
+            method="SLSQP",
+            bounds=np.vstack([free, self.bounds]),
+            constraints=constraints,
+            options={"maxiter": 60, "ftol": 1e-12 * self.effort(self.origin)[0]},
+        )
+        return np.asarray(result.x)
 
     def stationarity(self) -> tuple[float, tuple[int, ...], bool]:
         """Return the residual of the first-order conditions, which discs hold the loop, and whether the border does.
@@ -558,6 +556,52 @@ class Program:
             tuple(sorted(discs)),
             bool(acting[:borders].any()),
         )
+
+
+def _constraint(
+    kind: str, values: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+) -> dict[str, Any]:
+    """Return a constraint as scipy takes it, of a function that returns values and their slopes."""
+    return {
+        "type": kind,
+        "fun": lambda x: values(x)[0],
+        "jac": lambda x: values(x)[1],
+    }
+
+
+def _solutions(
+    equal: FloatArray, gap: FloatArray, start: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return all z with equal·(z − start) = −gap: one of them, and a basis of what may be added; None if unsure."""
+    count = len(gap)
+    if not count:
+        return np.zeros(len(start)), np.eye(len(start))
+    across, triangle = np.linalg.qr(equal.T, mode="complete")
+    triangle = triangle[:count]
+    if np.abs(np.diag(triangle)).min() < 1e-9 * np.abs(triangle).max():
+        return None
+    base = across[:, :count] @ np.linalg.solve(triangle.T, equal @ start - gap)
+    return base, across[:, count:]
+
+
+def _nearest_to_origin(
+    rows: FloatArray, limits: FloatArray, length: float
+) -> FloatArray | None:
+    """Return the point nearest to the origin with rows·z ≤ limits, about `length` away; None if there is none.
+
+    Least distance programming by nonnegative least squares (Lawson and Hanson, Solving Least Squares Problems, 23.4).
+    """
+    lefts = np.vstack([-rows.T, -limits[None] / length])
+    right = np.zeros(len(lefts))
+    right[-1] = 1.0
+    try:
+        multipliers, remaining = _nonnegative(lefts, right)
+    except RuntimeError:
+        return None
+    if remaining < 1e-7:
+        return None
+    residual = lefts @ multipliers - right
+    return np.asarray(residual[:-1] * (-length / residual[-1]))
 
 
 def _nonnegative(columns: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
