@@ -127,8 +127,8 @@ def read_parquet(path: Path) -> RawTable:
     import pyarrow.parquet as pq
 
     what = "a Parquet file with one column of numbers for each column of the table"
-    with library(what):
-        read = pq.ParquetFile(path).read()
+    with library(what), path.open("rb") as stream:
+        read = pq.ParquetFile(stream).read()
     columns = named_columns(
         read.column_names, (column.combine_chunks() for column in read.columns)
     )
@@ -198,8 +198,9 @@ def read_mat(path: Path) -> RawTable:
     """Return the variables in a MATLAB file."""
     from scipy.io import loadmat
 
-    with library(_MAT):
-        variables: dict[str, Any] = loadmat(path, appendmat=False)
+    stream: Any  # scipy's types know paths alone
+    with library(_MAT), path.open("rb") as stream:
+        variables: dict[str, Any] = loadmat(stream)
     arrays = {
         name: values
         for name, values in variables.items()

@@ -282,12 +282,10 @@ def unchecked_table(
 
     The options are those of :class:`gaitgraph.io.columns.Wanted`.
     """
-    form, path = read_format(path, _WHAT), Path(path)
-    read = form.function("read")
+    read = read_format(path, _WHAT).function("read")
+    path = Path(path)
     with reading(path, _WHAT), naming_file(path):
         path.stat()
-        if not form.folder:  # the system's own words for what cannot be read
-            path.open("rb").close()
         wanted = Wanted(
             plane_only=plane_only,
             joints=None if joints is None else servo_map_named(joints),
