@@ -43,8 +43,10 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.forms import FloatArray
 
-_FEWEST = 8  # intervals on a piece of a curve
-_GROWTH = 0.3  # of the distance between nodes, from one to the next
+# Intervals on a piece of a curve; with two, least periods under a jerk limit were up to 0.6 % longer.
+_FEWEST = 8
+# Growth of the distance between nodes, from one to the next; without it least periods were up to 0.7 % longer.
+_GROWTH = 0.3
 
 # From rest to rest: without a jerk limit the acceleration rises in this share of a segment's time, so that it is
 # continuous. Floats cannot carry phases shorter than the second share: the limits are lowered to it.
@@ -53,11 +55,12 @@ _BRIEF = 1e-6
 
 _UNLIMITED = 1e30  # in place of infinity, which times zero is not a number
 _ROUNDS = 100  # of passes; two are enough unless the narrowest point is narrowed
-_PROGRAMMES = 10
+_PROGRAMMES = 10  # twice as many as most laws need
 _SETTLED = 1e-3  # share of the time that a programme must gain for another one
-# Where the time 1/√b is replaced by tangents, and bounds of b: multiples of the solution before.
+# As multiples of the solution before: where the time 1/√b is replaced by tangents, which together are within 5 % of it
+# from 0.34 to 2.2, and a lower bound of b, so that it stays positive.
 _TANGENTS = (0.5, 1.0, 1.6)
-_LEAST, _MOST = 1e-2, 1e3
+_LEAST = 1e-2
 
 
 class Phase(NamedTuple):
@@ -457,7 +460,7 @@ class JerkProgrammes:
         equal = sparse.diags(1.0 / np.maximum(b, np.roll(b, -1))) @ self.grows @ unit
         with np.errstate(divide="ignore"):
             fastest = (limits[0] / np.abs(self.grid.derivative(1))) ** 2
-        most = np.minimum(fastest.min(axis=1) / b, _MOST)
+        most = fastest.min(axis=1) / b
         infinite = np.full(n, np.inf)
         low = np.concatenate([np.full(n, _LEAST), -infinite, np.zeros(n)])
         high = np.concatenate([most, infinite, infinite])
