@@ -522,12 +522,16 @@ def _fastest(
     tried: list[LimitedGait] = []
     programmes = None
     if route.limits.jerk is not None:
-        slow = route.kept(grid.law(*speeds))
+        # Either these speeds, slower, or an even one, with the least jerk along the path.
+        even = np.ones(count)
+        for squared, rise in (speeds, (even, 0 * even)):
+            tried.append(route.kept(grid.law(squared, rise)))
+        slow = min(tried, key=lambda timed: timed.period)
         if count > _MOST_NODES_UNDER_JERK:
             return slow, _not_optimised(count, len(route.curve.breaks) - 1)
-        tried.append(slow)
+        start = even if slow is tried[1] else speeds[0]
         programmes = JerkProgrammes(grid, progress)
-        speeds = programmes.settled(speeds[0] / (1 + slow.stretch) ** 2, limits)
+        speeds = programmes.settled(start / (1 + slow.stretch) ** 2, limits)
     for _ in range(_CORRECTIONS + 1):
         if speeds is None:
             break
