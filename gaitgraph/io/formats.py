@@ -234,12 +234,13 @@ def check_outputs(
     paths: Sequence[str | Path], *, force: bool = False, periods: int = 1
 ) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
-    formats = {Path(path): known_format(path, "output") for path in paths}
+    known = [known_format(path, "output") for path in paths]
     whole_number("periods", periods, 1, _MOST_PERIODS)
-    if periods > 1 and all(form.module is c_header for form in formats.values()):
+    if periods > 1 and all(form.module is c_header for form in known):
         raise InputError(
             f"periods needs a table, .mcap or .yaml as output, got {periods} without one"
         )
+    formats = dict(zip(map(Path, paths), known, strict=True))
     folders = {path for path, form in formats.items() if form.folder}
     for path, form in formats.items():
         form.function("write")  # MissingExtra, if that is so
