@@ -128,7 +128,7 @@ def test_lift_limits_the_other_quadrant(beta: float) -> None:
 def test_hover_bears_the_angle_of_the_drag_and_the_best_posture_45_degrees(
     drag_ratio: float, spin: str
 ) -> None:
-    vehicle = dataclasses.replace(square(drag_ratio), first_rotor_spin=spin)
+    vehicle = dataclasses.replace(square(drag_ratio), first_rotor_spin=spin)  # type: ignore[arg-type]
     side = 1 if spin == "clockwise" else -1
     delta = math.atan(drag_ratio)
     for tilt, expected in ((0.0, delta), (math.pi / 4 - delta, math.pi / 4)):
@@ -202,6 +202,23 @@ def test_what_cannot_fly_without_errors_bears_none(search: Any) -> None:
     margin = search(closed(gg.gait_of("gait1").alpha), PAPER)
     assert (margin.proven, margin.found) == (0.0, 0.0)
     assert margin.reason
+
+
+def test_robustness_tells_both_margins() -> None:
+    report = gg.robustness_of("gait4", bias=0.8, floor=0.1)
+    plain = report.as_mapping()
+    servo, drag = (
+        search(closed(gg.gait_of("gait4").alpha), PAPER, floor=0.1)
+        for search in (servo_margin, drag_margin)
+    )
+    assert plain["servo_margin_deg"] == pytest.approx(math.degrees(servo.proven))
+    assert plain["servo_margin_found_deg"] == pytest.approx(
+        math.degrees(servo.found or 0.0)
+    )
+    assert plain["drag_margin"] == pytest.approx(drag.proven)
+    assert plain["drag_margin_found"] == drag.found
+    assert plain["biased"]["servo_margin_deg"] > 0
+    assert "errors of the servos up to 8.1°; with 9.0°" in str(report)
 
 
 def test_zero_moment_inputs_have_the_signs_of_the_theory() -> None:

@@ -204,7 +204,7 @@ def verify_command(certificate: str, table: str | None = None) -> int:
         "--tolerance", "X", "Fraction of attitudes that may be missed.  [default: 1e-5]"
     ),
     option("--curves", "N", "Number of singular curves along the gait.  [default: 24]"),
-    "angle_rounding vehicle coefficients",
+    "angle_rounding floor vehicle coefficients",
     option(
         "--output",
         "FILE",
@@ -250,6 +250,7 @@ def robustness_command(
 
 _UNITS = {
     "length": "rad", "period": "s", "tilt_margin_deg": "degrees", "acceptable_fraction": "of attitudes",
+    "servo_margin_deg": "degrees", "drag_margin": "of the drag ratio",
     "least_hover_thrust": "m·g", "largest_hover_thrust": "m·g", "hover_power": "of level hover", "peak_rate": "rad/s", "peak_acceleration": "rad/s²",
 }  # fmt: skip
 
@@ -350,7 +351,12 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
         "least_singular_value": report["least_singular_value"].value,
         **{
             name: robustness[name]
-            for name in ("tilt_margin_deg", "acceptable_fraction")
+            for name in (
+                "tilt_margin_deg",
+                "acceptable_fraction",
+                "servo_margin_deg",
+                "drag_margin",
+            )
         },
         "least_hover_thrust": least,
         "largest_hover_thrust": None

@@ -1,4 +1,4 @@
-"""Robustness to attitude: singular curves, acceptable attitudes, a gait beside its biased gaits."""
+"""How robust a gait is to attitude, a gait beside its biased gaits, and how wrong servos and drags may be."""
 
 from __future__ import annotations
 
@@ -18,6 +18,11 @@ if TYPE_CHECKING:
         RobustnessReport as RobustnessReport,
         robustness_of as robustness_of,
     )
+    from gaitgraph.robustness.error_margins import (
+        ErrorMargin as ErrorMargin,
+        drag_margin as drag_margin,
+        servo_margin as servo_margin,
+    )
 else:
     __getattr__, __dir__ = lazy_names(
         __name__,
@@ -32,6 +37,11 @@ else:
                 "Robustness",
                 "RobustnessReport",
                 "robustness_of",
+            ],
+            "gaitgraph.robustness.error_margins": [
+                "ErrorMargin",
+                "drag_margin",
+                "servo_margin",
             ],
         },
     )

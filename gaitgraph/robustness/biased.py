@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import shapely
 
-from gaitgraph.angles import angle_within, percent, whole_number
+from gaitgraph.angles import angle_within, checked_number, percent, whole_number
 from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.given import given_gait
 from gaitgraph.invertibility.coefficients import coefficients_of
@@ -30,8 +30,9 @@ from gaitgraph.robustness.attitudes import (
     acceptable_attitudes,
     singular_curve,
 )
+from gaitgraph.robustness.error_margins import ErrorMargin, drag_margin, servo_margin
 from gaitgraph.surface.sheets import sheet_distances
-from gaitgraph.tolerances import DEFAULT_TOLERANCE
+from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
 from gaitgraph.validation.rules import Segments, segments_of
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ _MOST_CURVES = 10_000
 _POINTS_OF_A_CURVE = 61
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Robustness:
     """The robustness of one gait, biased or not.
 
@@ -63,6 +64,7 @@ class Robustness:
     there is no margin. `acceptable` are the attitudes at which the gait is never singular. `singular_value` is the
     bracket (lower, upper) of the least singular value at the worst attitude within `tilt` [rad]: at `singular_where`
     and (roll, pitch) `singular_attitude`. `curves` are singular curves at places spread evenly over the gait.
+    Margins of servos and drags, computed when they are first asked for, keep the least singular value at `floor`.
     """
 
     scaling: Scaling
@@ -76,6 +78,19 @@ class Robustness:
     singular_where: GaitPoint
     singular_attitude: tuple[float, float]
     curves: tuple[tuple[GaitPoint, SingularCurve], ...]
+    segments: Segments = field(repr=False, compare=False)
+    vehicle: Vehicle = field(repr=False)
+    floor: float
+
+    @cached_property
+    def servo_margin(self) -> ErrorMargin:
+        """The largest errors of the tilt angles that the gait bears in level flight [rad]."""
+        return servo_margin(self.segments.alpha, self.vehicle, floor=self.floor)
+
+    @cached_property
+    def drag_margin(self) -> ErrorMargin:
+        """The largest relative errors of the drag ratios that the gait bears in level flight."""
+        return drag_margin(self.segments.alpha, self.vehicle, floor=self.floor)
 
     @property
     def tilt_margin(self) -> float | None:
@@ -140,8 +155,29 @@ class Robustness:
             "least_singular_value_at_least": self.singular_value[0],
             "least_singular_value_where": self.singular_where.as_mapping(),
             "least_singular_value_attitude": list(self.singular_attitude),
+            "floor": self.floor,
+            **self._error_margins(),
             "singular_curves": curves,
         }
+
+    def _error_margins(self) -> dict[str, Any]:
+        """Return the margins of servos and drags as plain values."""
+        answer: dict[str, Any] = {}
+        for name, unit, margin in (
+            ("servo_margin", "_deg", self.servo_margin),
+            ("drag_margin", "", self.drag_margin),
+        ):
+            scale = math.degrees(1.0) if unit else 1.0
+            place = self.segments.place(margin.segment, margin.fraction)
+            found = None if margin.found is None else scale * margin.found
+            answer |= {
+                f"{name}{unit}": scale * margin.proven,
+                f"{name}_found{unit}": found,
+                f"{name}_errors{unit}": (scale * margin.errors).tolist(),
+                f"{name}_where": None if found is None else place.as_mapping(),
+                f"{name}_reason": margin.reason or None,
+            }
+        return answer
 
     def __repr__(self) -> str:
         return f"<Robustness of {self.name}: tilt margin {self._texts[0]}, {self._texts[1]} of attitudes acceptable>"
@@ -180,7 +216,8 @@ class RobustnessReport:
         for one in (self.gait, *self.sweep):
             rows.append((one.name, *one._texts, f"{one.singular_value[1]:.4f}"))
             details.append(f"{one.name}: {one.verdict}")
-            details += [f"  {line}" for line in _details(one)]
+            lines_of_one = [*_details(one), *_error_margins_in_words(one)]
+            details += [f"  {line}" for line in lines_of_one]
         lines += [
             f"  {name:<16} {margin:>12} {part:>12}   {value}"
             for name, margin, part, value in rows
@@ -231,6 +268,25 @@ def _acceptable_in_words(one: Robustness) -> str:
     return f"acceptable around level: {one._texts[1]} of attitudes{error}, {area}"
 
 
+def _error_margins_in_words(one: Robustness) -> list[str]:
+    """Return the margins of servos and drags as lines of text; proven ones are rounded down, found ones up."""
+    lines = []
+    for what, margin, scale, unit in (
+        ("errors of the servos", one.servo_margin, math.degrees(1.0), "°"),
+        ("errors of the drag ratios", one.drag_margin, 100.0, " %"),
+    ):
+        proven = math.floor(10 * scale * margin.proven) / 10
+        text = f"bears {what} up to {proven:.1f}{unit}"
+        if margin.found is None:
+            text += ", the most that is searched"
+        else:
+            found = math.ceil(10 * scale * margin.found) / 10
+            place = one.segments.place(margin.segment, margin.fraction)
+            text += f"; with {found:.1f}{unit}, at {place}, {margin.reason}"
+        lines.append(text)
+    return lines
+
+
 def _attitude(pair: tuple[float, float]) -> str:
     roll, pitch = (math.degrees(angle) + 0.0 for angle in pair)
     return f"roll {roll:.1f}°, pitch {pitch:.1f}°"
@@ -247,6 +303,7 @@ def robustness_of(
     tolerance: float = 1e-5,
     angle_rounding: float | None = None,
     curves: int = 24,
+    floor: float = DEFAULT_FLOOR,
     progress: Callable[[str], None] | None = None,
 ) -> RobustnessReport:
     """Return how robust to attitude a gait is, and the same for the gait scaled by each η.
@@ -271,6 +328,8 @@ def robustness_of(
         points are within 2e-3 rad of one, else 0.
     curves
         Number of singular curves, at places spread evenly over the gait.
+    floor
+        The least singular value that errors of servos and drags must leave.
     progress
         Called with a short text before each gait.
 
@@ -301,6 +360,7 @@ def robustness_of(
         tolerance=tolerance,
         rounding=rounding,
         curves=curves,
+        floor=checked_number("floor", floor),
     )
     found = []
     for scaling, factor in [*factors, ("none", 1.0)]:
@@ -324,6 +384,7 @@ class _Asked:
     tolerance: float
     rounding: float
     curves: int
+    floor: float
 
 
 def _robustness_of_one(
@@ -364,6 +425,9 @@ def _robustness_of_one(
         singular_where=singular_where,
         singular_attitude=attitude,
         curves=tuple(curves),
+        segments=moved,
+        vehicle=asked.vehicle,
+        floor=asked.floor,
     )
 
 
