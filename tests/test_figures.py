@@ -350,12 +350,15 @@ def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
         .alpha
     )
     shares, least = hover_thrust_shares(alpha), least_singular_value(alpha)
+    corners = gg.gait_of("gait3").alpha
+    servo = gg.robustness.servo_margin(np.vstack([corners, corners[:1]]))
     expected = {
         "gait": "gait3", "flyable": True, "valid": True, "reachable_from_hover": False,
         "not_judged": ["thrust_limit", "tilt_range", "tilt_rate", "tilt_acceleration"], "reason": "",
         "vehicle": "paper", "color": "red",
         "length": math.pi, "period": 2.0, "least_singular_value": least.min(), "tilt_margin_deg": 90.0,
-        "acceptable_fraction": 1.0, "least_hover_thrust": shares.min(), "largest_hover_thrust": shares.max(),
+        "acceptable_fraction": 1.0, "servo_margin_deg": math.degrees(servo.proven), "drag_margin": 1.0,
+        "least_hover_thrust": shares.min(), "largest_hover_thrust": shares.max(),
         "hover_power": 2 * (shares**1.5).sum(axis=1).mean(),
         "peak_rate": math.pi / 2, "peak_acceleration": None,
     }  # fmt: skip

@@ -193,6 +193,8 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "plan_loop": lambda one: gg.plan_loop(LOOP, vehicle=one),
     "retarget": lambda one: gg.retarget(ROWS, vehicle=one).after,
     "robustness_of": lambda one: gg.robustness_of(ROWS, vehicle=one, curves=0),
+    "robustness.drag_margin": lambda one: gg.robustness.drag_margin(ROWS, one).proven,
+    "robustness.servo_margin": lambda one: gg.robustness.servo_margin(ROWS, one).proven,
     "roots": lambda one: gg.roots(0.3, 0.2, vehicle=one),
     "surface_graph": lambda one: gg.surface_graph(divisions=4, vehicle=one).graph,
     "transition": lambda one: gg.transition("hover", ROWS, vehicle=one),
@@ -256,6 +258,7 @@ OF_ANGLES = (
 ).split()
 ANSWERS = {  # records that functions return
     "planning.Replan",
+    "robustness.Robustness",
     "robustness.RobustnessReport",
     "timing.Curve",
 }

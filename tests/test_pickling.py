@@ -97,6 +97,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Cycle": lambda: next(cycles()),
     "Engine": lambda: gg.flight.Engine(gg.PAPER),
     "Exported": exported,
+    "ErrorMargin": lambda: gg.robustness.servo_margin(gait().alpha),
     "Flight": lambda: gg.fly(timed()),
     "FlightSettings": gg.FlightSettings,
     "Gait": gait,

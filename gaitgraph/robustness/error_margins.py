@@ -24,14 +24,19 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
+from gaitgraph.angles import checked_number
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
 from gaitgraph.invertibility.matrices import tilt_angles
 from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.matrices import BoolArray, IntArray
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 Kind = Literal["servo", "drag"]
 
@@ -61,10 +66,13 @@ class ErrorMargin:
     fraction: float
     reason: str
 
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
 
 def servo_margin(
-    points: FloatArray,
-    vehicle: Vehicle,
+    points: npt.ArrayLike,
+    vehicle: VehicleLike = PAPER,
     *,
     floor: float = DEFAULT_FLOOR,
     tolerance: float = 0.02,
@@ -82,9 +90,15 @@ def servo_margin(
     tolerance
         How far apart `proven` and `found` are, in parts of the margin, unless the floor sets them apart.
 
+    Raises
+    ------
+    InputError
+        If points are not finite angles of that shape, or the floor is no number from 0 on.
+    MissingConstant
+        If the vehicle states a largest thrust without a mass.
+
     Examples
     --------
-    >>> from gaitgraph.vehicle import PAPER
     >>> margin = servo_margin(np.zeros((1, 4)), PAPER, floor=0.0)
     >>> round(math.degrees(margin.found), 2), round(math.degrees(math.atan(PAPER.drag_ratio)), 2)
     (9.57, 9.57)
@@ -93,8 +107,8 @@ def servo_margin(
 
 
 def drag_margin(
-    points: FloatArray,
-    vehicle: Vehicle,
+    points: npt.ArrayLike,
+    vehicle: VehicleLike = PAPER,
     *,
     floor: float = DEFAULT_FLOOR,
     tolerance: float = 0.02,
@@ -232,10 +246,10 @@ class _Search:
     """The search for the margin of a gait, a polyline in parts that are halved where they do not bear enough."""
 
     def __init__(
-        self, points: FloatArray, vehicle: Vehicle, floor: float, kind: Kind
+        self, points: npt.ArrayLike, vehicle: VehicleLike, floor: float, kind: Kind
     ) -> None:
         self.points = tilt_angles(points).reshape(-1, 4)
-        self.hover = _Hover(vehicle, floor)
+        self.hover = _Hover(vehicle_named(vehicle), checked_number("floor", floor))
         self.kind = kind
         first = self.hover.matrices(self.points[:1], np.zeros((1, 4)))
         self.sign = float(np.sign(np.linalg.det(first))[0])

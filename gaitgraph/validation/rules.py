@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitgraph.angles import angle_within, checked_number
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.invertibility.coefficients import is_red
 from gaitgraph.invertibility.matrices import hover_thrust_shares, singular_value_rate
 from gaitgraph.invertibility.segment_bounds import largest_residual
@@ -120,6 +121,9 @@ class Segments:
     noun: str
     t: FloatArray | None = None
     within: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
     @property
     def starts(self) -> FloatArray:
