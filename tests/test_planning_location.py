@@ -39,7 +39,7 @@ def test_what_is_joined_can_be_planned_and_what_is_not_cannot() -> None:
 def test_the_command(run: Any, tmp_path: Any) -> None:
     out = run("region", "--waypoint", "-0.4,0.4", "--waypoint", "0.5,0.5", "--json")
     content = out.json
-    assert (out.code, content["require"]) == (1, "flyable")
+    assert (out.code, content["use"]) == (1, "flyable")
     assert [region["sign"] for region in content["regions"]] == ["positive", "negative"]
     first = content["regions"][0]
     assert [waypoint["part"] for waypoint in first["waypoints"]] == [1, None]
@@ -57,7 +57,7 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
         run(
             "region",
             str(request),
-            "--require",
+            "--use",
             "valid",
             "--floor",
             "0.3",

@@ -211,9 +211,11 @@ def cycles_command(
     "The admissible regions, and in which part of them waypoints lie.",
     "request_file waypoints",
     one_of(
-        "--require",
+        "--use",
         "flyable",
         "valid",
+        name="require",
+        check=True,
         of="Region where a gait can fly, or where R has the sign: ",
     ),
     one_of("--color", "red", "blue"),

@@ -120,7 +120,7 @@ class Location:
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
         return {
-            "require": self.require,
+            "use": self.require,
             "accuracy": self.accuracy,
             "joined": bool(self),
             "regions": [location.as_mapping() for location in self.regions],
