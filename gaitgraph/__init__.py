@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
     from gaitgraph.optimization.retargeting import retarget as retarget
     from gaitgraph.planning.location import location_of as location_of
+    from gaitgraph.planning.missions import mission as mission
     from gaitgraph.planning.planner import Plan as Plan, plan_loop as plan_loop
     from gaitgraph.planning.transitions import transition as transition
     from gaitgraph.robustness.biased import robustness_of as robustness_of
@@ -125,6 +126,7 @@ else:
             "gaitgraph.optimization.optimize": ["optimal_gait"],
             "gaitgraph.optimization.retargeting": ["retarget"],
             "gaitgraph.planning.location": ["location_of"],
+            "gaitgraph.planning.missions": ["mission"],
             "gaitgraph.planning.planner": ["Plan", "plan_loop"],
             "gaitgraph.planning.transitions": ["transition"],
             "gaitgraph.robustness.biased": ["robustness_of"],

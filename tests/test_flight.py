@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError
-from gaitgraph.flight.course import broken_rules, from_hover, repeated
+from gaitgraph.flight.course import from_hover, repeated
 from gaitgraph.flight.flight import (
     COLUMNS,
     Flight,
@@ -36,6 +36,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.timing.joining import Course, run_up
 from gaitgraph.timing.limits import Limits
 from gaitgraph.timing.time_optimal import least_period
+from gaitgraph.validation.report import broken_rules
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
 from tests.samples import ASCENDING, BEETLE, HOVER, RED, flown_by, gait_of_paper

@@ -187,6 +187,7 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "gait_of": lambda one: gg.gait_of(ROWS, vehicle=one),
     "lift": lambda one: gg.lift(LOOP, "red", vehicle=one),
     "location_of": lambda one: gg.location_of(LOOP, vehicle=one),
+    "mission": lambda one: gg.mission(ROWS, vehicle=one).period,
     "optimal_gait": lambda one: gg.optimal_gait(
         LOOP, vehicle=one, pieces=8, objective="hover_reserve"
     ),

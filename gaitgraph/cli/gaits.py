@@ -29,6 +29,7 @@ from gaitgraph.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from gaitgraph.timing.joining import JoinedPath
     from gaitgraph.timing.time_optimal import LeastPeriod
 
 
@@ -58,7 +59,8 @@ def transition_command(
     hover is, and R < 0 every path passes a singular matrix. It is 1 too, with the reason and without outputs, if the path
     is not flyable, unless --require valid.
     """
-    from gaitgraph.planning.transitions import HOVER, transition
+    from gaitgraph.planning.transitions import transition
+    from gaitgraph.timing.joining import HOVER
 
     check_outputs(outputs, force=force)
     with Working("searching a path"):
@@ -336,6 +338,10 @@ def _map_names() -> list[str]:
         "N",
         "Periods, one after the other; a C header and a film have one.  [default: 1]",
     ),
+    flag(
+        "--from-hover",
+        "Enter it from hover, run --periods of it, and return, as one motion.",
+    ),
     "require",
     flag("--anyway", "Write it although it is not flyable."),
     "once period samples rate law force vehicle coefficients json",
@@ -346,6 +352,7 @@ def export_command(
     force: bool = False,
     servos: str | None = None,
     once: bool = False,
+    from_hover: bool = False,
     **given: Any,
 ) -> int:
     """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
@@ -355,7 +362,8 @@ def export_command(
     times, or with --law, the polyline through the rows gets a new timing. With --servos the columns are positions of the
     vehicle's joints: order, sign, zero, degrees or pulse widths. Such files are read without an option, servo tables from
     elsewhere with --columns. What is written is judged: if it is not flyable (or not valid, with --require valid),
-    nothing is written and the exit code is 1, unless --anyway.
+    nothing is written and the exit code is 1, unless --anyway. With --from-hover the flight is written from hover to hover,
+    which is run once; with --period or --law of the gait.
     """
     from gaitgraph.io.exporting import export
     from gaitgraph.io.formats import tables_and_films
@@ -370,6 +378,8 @@ def export_command(
     check_films(films, force=force)
     with Working(f"exporting {gait_file}"):
         source = gait_in(gait_file, given, once=once, joints=given.get("joints"))
+        if from_hover:
+            source = _mission_of(source, given)
         done = export(source, tables, force=force, servos=servo_map, **given)
         if films:
             write_films(done.table, films, force=force)
@@ -401,3 +411,20 @@ def export_command(
     for joint, count in done.clipped.items():
         lines.append(f"clipped: joint {joint!r} at its limit in {count} of {rows} rows")
     return tell(answer, lines)
+
+
+def _mission_of(source: Any, given: dict[str, Any]) -> JoinedPath:
+    """Return the flight from hover to hover that options ask for, which are taken out of them."""
+    from gaitgraph.planning.missions import mission
+    from gaitgraph.timing.timed_gait import timed_gait_of
+
+    of_gait = {
+        name: given.pop(name)
+        for name in ("period", "law", "vehicle", "coefficients")
+        if name in given
+    }
+    if "period" in of_gait or "law" in of_gait:
+        source = timed_gait_of(source, **of_gait)
+        of_gait = {}
+    count = {"periods": given.pop("periods")} if "periods" in given else {}
+    return mission(source, anyway=given.get("anyway", False), **count, **of_gait)

@@ -6,17 +6,14 @@ A course repeats a gait (:func:`repeated`), or leads from hover into a gait, aro
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitgraph.angles import whole_number
-from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.table import check_repeats
-from gaitgraph.planning.transitions import transition
-from gaitgraph.timing.joining import Course, RunUp, course_of, played, run_up
+from gaitgraph.errors import Infeasible, InputError, shown
+from gaitgraph.planning.missions import mission
+from gaitgraph.timing.joining import Course
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, TimedGait
 from gaitgraph.vehicle import four_of, linked
@@ -24,14 +21,7 @@ from gaitgraph.vehicle import four_of, linked
 if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Each, Vehicle
-
-_MOST_PERIODS = 10_000
-_PAUSE = 1.0  # s in hover, before and after
-
-# The paper's rules that flight does not need: on the surfaces no small tilt makes the matrix singular.
-_SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
 
 
 def biased_timed_gait(timed: TimedGait, bias: float) -> TimedGait:
@@ -124,40 +114,10 @@ def servo_response(
     ).T
 
 
-def broken_rules(
-    report: Report, *, pulling: bool = False
-) -> tuple[list[str], list[str]]:
-    """Return the messages of the rules that a gait breaks: those that forbid flight, and the others.
-
-    Flight needs an invertible matrix when level, positive hover thrusts unless rotors may pull, and tilt angles and
-    rates within the vehicle's limits. The gait need not be on the surfaces.
-    """
-    harmless = _SURFACE_RULES | {"hover_thrust"} if pulling else _SURFACE_RULES
-    broken = [check for check in report.checks if not (check.ok and check.decided)]
-    # What follows from another rule is said with that one, unless it alone forbids flight.
-    forbidden = [
-        check.message
-        for check in broken
-        if check.name not in harmless
-        and (check.follows_from is None or check.follows_from in harmless)
-    ]
-    others = [
-        check.message
-        for check in broken
-        if check.name in harmless and check.follows_from is None
-    ]
-    return forbidden, others
-
-
 def from_hover(
     gait: GaitLike, *, periods: int = 2, anyway: bool = False
 ) -> Course | str:
-    """Return the course from hover into a gait, around it, and back; or the reason why there is none.
-
-    The gait is flown `periods` times, with a second in hover before and after. The path from hover is on the surface if
-    possible; otherwise, as to a biased gait, it is straight if that is flyable, or `anyway`. It ends at the gait's first
-    row. If the gait is in motion there, a run-up and a run-down join it, see :mod:`gaitgraph.timing.joining`, so that
-    angles and rates are continuous.
+    """Return the course of a mission, see :func:`gaitgraph.planning.missions.mission`; or why there is none.
 
     Examples
     --------
@@ -168,44 +128,7 @@ def from_hover(
     >>> from_hover(lift([(1.2, -1.2), (1.2, -0.4), (0.4, -0.4)], "red").parametrize(1.0))[:40]
     'no flyable path from hover: R = +4 at th'
     """
-    whole_number("periods", periods, 1, _MOST_PERIODS)
-    timed = played(gait)
-    check_repeats(timed)
-    around = timed.gait
-    path = transition("hover", timed)
-    if path and path.report.flyable:
-        entry, seconds = path.timed_path.loop, path.duration
-    else:
-        # Straight to the first row, within the largest tilt rate.
-        ends = np.stack([np.zeros(4), timed.at(0.0).alpha])
-        straight = replace(around, alpha=ends, colors=around.colors[:1] * 2, request={})
-        limit, seconds = around.vehicle.max_tilt_rate, path.duration
-        if limit is not None:
-            seconds = max(
-                seconds, float((straight.parametrize(2.0).peak_rates / limit).max())
-            )
-        entry = straight.parametrize(2 * seconds)
-        forbidden, _ = broken_rules(entry.check())
-        if forbidden and not anyway:
-            # For a gait off the surfaces, paths on them do not matter.
-            reason = (
-                path.reason
-                if around.check().valid
-                else f"off the surfaces it is straight, and {forbidden[0]}"
-            )
-            return f"no flyable path from hover: {reason}"
-    hover = replace(
-        around, alpha=np.zeros((1, 4)), colors=around.colors[:1], request={}
-    ).parametrize(1.0)
-    starts, stops = run_up(timed), run_up(timed, stops=True)
-    parts: list[tuple[str, float, float, TimedGait | RunUp]] = [
-        ("hover", _PAUSE, 0.0, hover),
-        ("entry", seconds, 0.0, entry),
-        ("gait", periods * timed.period, 0.0, timed),
-        ("exit", seconds, seconds, entry),
-        ("hover", _PAUSE, 0.0, hover),
-    ]
-    if starts is not None and stops is not None:
-        parts.insert(3, ("run-down", stops.period, 0.0, stops))
-        parts.insert(2, ("run-up", starts.period, 0.0, starts))
-    return course_of(parts)
+    try:
+        return mission(gait, periods=periods, anyway=anyway).course
+    except Infeasible as error:
+        return str(error)

@@ -20,7 +20,7 @@ from gaitgraph.flight.controller import (
     controller_of,
     observed,
 )
-from gaitgraph.flight.course import arm_response, broken_rules, repeated
+from gaitgraph.flight.course import arm_response, repeated
 from gaitgraph.flight.engine import Engine, engine_warnings, quaternions
 from gaitgraph.flight.flight import (
     COLUMNS,
@@ -31,8 +31,9 @@ from gaitgraph.flight.flight import (
     reference_at,
 )
 from gaitgraph.invertibility.matrices import thrust_signs
-from gaitgraph.timing.joining import Course
+from gaitgraph.timing.joining import HOVER, Course, JoinedPath
 from gaitgraph.timing.timed_gait import RowTimedGait, timed_gait_of
+from gaitgraph.validation.report import broken_rules
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle
 
 _DEFAULT_ATTITUDE = (
@@ -737,9 +739,9 @@ def fly(
     (True, 0.4, 2.9)
     """
     settings = FlightSettings() if settings is None else settings
-    course = gait if isinstance(gait, Course) else repeated(timed_gait_of(gait))
+    course = gait if isinstance(gait, Course) else _course_of(timed_gait_of(gait))
     if attitude is None:
-        levels_out = settings.reference == "attitude" and not isinstance(gait, Course)
+        levels_out = settings.reference == "attitude" and HOVER not in course.phases
         attitude = _DEFAULT_ATTITUDE if levels_out else (0.0, 0.0)
     start = checked_attitude(attitude)
     course.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
@@ -749,6 +751,13 @@ def fly(
         return record_of(course, settings, start, failure=failure, warnings=warnings)
     simulation = Simulation(course, settings)
     return replace(simulation.run(start), warnings=(*warnings, *simulation.warnings))
+
+
+def _course_of(motion: TimedGait) -> Course:
+    """Return the course of a mission, or that which repeats a gait, or runs a path once."""
+    if isinstance(motion, JoinedPath) and motion.course.phases[0] == HOVER:
+        return motion.course
+    return repeated(motion)
 
 
 def checked_attitude(attitude: Any) -> tuple[float, float]:

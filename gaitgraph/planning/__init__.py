@@ -8,6 +8,7 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.planning.location import location_of as location_of
+    from gaitgraph.planning.missions import mission as mission
     from gaitgraph.planning.planner import Plan as Plan, plan_loop as plan_loop
     from gaitgraph.planning.replanning import Replan as Replan, Replanner as Replanner
     from gaitgraph.planning.request import (
@@ -24,6 +25,7 @@ else:
         __name__,
         {
             "gaitgraph.planning.location": ["location_of"],
+            "gaitgraph.planning.missions": ["mission"],
             "gaitgraph.planning.planner": ["Plan", "plan_loop"],
             "gaitgraph.planning.replanning": ["Replan", "Replanner"],
             "gaitgraph.planning.request": ["PlanRequest", "plan_request"],

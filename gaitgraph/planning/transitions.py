@@ -29,6 +29,7 @@ from gaitgraph.planning.branch import Branch
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.sheets import home_in_words, red_label, separating_factor
 from gaitgraph.timing.joining import (
+    HOVER,
     JoinedPath,
     RunUp,
     lowest_limits,
@@ -61,9 +62,6 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Each, VehicleLike
-
-HOVER = "hover"
-"""α = 0: ordinary hover, rotors upright."""
 
 _MOST_CORNERS = 16
 _DURATION = 1.0

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Self, Unpack, cast
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
 
@@ -58,6 +58,8 @@ if TYPE_CHECKING:
 _RISE = 10.1  # k·N·T, at which the clock's rate is within 1e-9 of 1
 _AT_REST = 1e-6  # share of a gait's largest rate below which it rests
 _RUNS = ("run-up", "gait", "run-down")  # phases in which a gait runs
+HOVER = "hover"
+"""α = 0: ordinary hover, rotors upright."""
 _NO_GAIT = "course must have a gait, got {}"
 
 
@@ -180,6 +182,36 @@ class RunUp:
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Turns(RunUp):
+    """Whole periods of a gait as it is, between a run-up and a run-down, or between two paths."""
+
+    def __repr__(self) -> str:
+        return f"<Turns: {self.periods} periods in {self.period:g} s>"
+
+    @property
+    def phase(self) -> str:
+        """Its name in a course."""
+        return "gait"
+
+    @property
+    def statement(self) -> dict[str, Any] | None:
+        """What it is made from, as plain values; None if that is more than corners, a law and limits."""
+        stated = RunUp.statement.fget(self)  # type: ignore[attr-defined]
+        return None if stated is None else stated | {"steady": True}
+
+    @property
+    def period(self) -> float:
+        """How long it takes [s]."""
+        return self.periods * self.motion.period
+
+    def at(self, t: npt.ArrayLike) -> Motion:
+        """Return tilt angles, rates and accelerations at any times; before and after it those of its ends."""
+        tau = np.clip(times_from(t), 0.0, self.period)
+        # Of rates that jump where it ends those on its own side.
+        return self.motion.at(np.where(tau >= self.period, -math.ulp(0.0), tau))
+
+
 def run_up(motion: TimedGait, *, stops: bool = False) -> RunUp | None:
     """Return the run-up to a gait, or with `stops` its run-down; None if the gait rests at its first row.
 
@@ -230,7 +262,8 @@ class Course:
         """The gait; raises InputError if the course has none, as that of a transition."""
         if "gait" not in self.phases:
             raise InputError(_NO_GAIT.format(", ".join(self.phases)))
-        return cast("TimedGait", self.sections[self.phases.index("gait")][2])
+        section = self.sections[self.phases.index("gait")][2]
+        return section.motion if isinstance(section, RunUp) else section
 
     @property
     def gait_times(self) -> tuple[float, float]:
@@ -305,8 +338,17 @@ class JoinedPath(TimedGait):
     @property
     def course(self) -> Course:
         """The sections with their times."""
+        phases = [section.phase for section in self.sections]
+        if "gait" in phases:  # a mission
+            first = phases.index("gait")
+            for k, section in enumerate(self.sections):
+                if len(section.line) == 1:
+                    phases[k] = HOVER
+                elif phases[k] == "path":
+                    phases[k] = "entry" if k < first else "exit"
         return course_of(
-            (section.phase, section.period, 0.0, section) for section in self.sections
+            (phase, section.period, 0.0, section)
+            for phase, section in zip(phases, self.sections, strict=True)
         )
 
     @property
@@ -429,7 +471,8 @@ def joined_again(
             limits=part.get("limits", {}),
             rounding=part.get("rounding"),
         )
-        run = RunUp(motion=motion, periods=part["periods"], stops=part["stops"])
+        kind = Turns if part.get("steady") else RunUp
+        run = kind(motion=motion, periods=part["periods"], stops=part["stops"])
         sections.append(run)
     return JoinedPath.of(sections, samples)
 

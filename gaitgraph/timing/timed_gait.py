@@ -736,6 +736,12 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     sections = getattr(timed, "stated_sections", None)
     if sections is not None:
         made["sections"] = sections
+    course = getattr(timed, "course", None)
+    if course is not None and "gait" in course.phases:
+        begins = [begin for begin, _, _ in course.sections]
+        made["phases"] = [
+            list(pair) for pair in zip(course.phases, begins, strict=True)
+        ]
     corners = timed.stated_corners
     if corners is not None and gait.color != "mixed" and len(corners) <= MOST_CORNERS:
         made["corners"] = corners.tolist()

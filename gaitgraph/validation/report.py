@@ -40,6 +40,8 @@ LIMITED = {
 PAPER_RULES = ("closed", "on_surface", "two_color", "continuous", "R_sign")
 """The checks of the paper's rules; all others are physics."""
 
+# The paper's rules that flight does not need: on the surfaces no small tilt makes the matrix singular.
+_SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
 _WORDS = {"thrust_limit": "thrust", "tilt_range": "tilt angle"}
 
 
@@ -485,3 +487,28 @@ def lines_of_checks(checks: Iterable[Check]) -> list[str]:
 def _line(mark: str, name: str, message: str) -> str:
     head = f"  {mark}  {name:<22}"
     return fill(message, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head))
+
+
+def broken_rules(
+    report: Report, *, pulling: bool = False
+) -> tuple[list[str], list[str]]:
+    """Return the messages of the rules that a gait breaks: those that forbid flight, and the others.
+
+    Flight needs an invertible matrix when level, positive hover thrusts unless rotors may pull, and tilt angles and
+    rates within the vehicle's limits. The gait need not be on the surfaces.
+    """
+    harmless = _SURFACE_RULES | {"hover_thrust"} if pulling else _SURFACE_RULES
+    broken = [check for check in report.checks if not (check.ok and check.decided)]
+    # What follows from another rule is said with that one, unless it alone forbids flight.
+    forbidden = [
+        check.message
+        for check in broken
+        if check.name not in harmless
+        and (check.follows_from is None or check.follows_from in harmless)
+    ]
+    others = [
+        check.message
+        for check in broken
+        if check.name in harmless and check.follows_from is None
+    ]
+    return forbidden, others

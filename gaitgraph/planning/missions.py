@@ -1,0 +1,122 @@
+"""Whole flights: from hover into a gait, some periods of it, and back to hover, as one motion that is run once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitgraph.angles import whole_number
+from gaitgraph.errors import Infeasible
+from gaitgraph.gait.table import check_repeats
+from gaitgraph.planning.transitions import transition
+from gaitgraph.timing.joining import HOVER, JoinedPath, Turns, played, run_up
+from gaitgraph.timing.timed_gait import TimedPath
+from gaitgraph.validation.report import broken_rules
+
+if TYPE_CHECKING:
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.gait.given import GaitLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.timing.joining import RunUp
+    from gaitgraph.timing.laws import LawName
+    from gaitgraph.timing.timed_gait import TimedGait
+    from gaitgraph.vehicle import VehicleLike
+
+_MOST_PERIODS = 10_000
+_PAUSE = 1.0  # s in hover, before and after
+
+
+def mission(
+    gait: GaitLike,
+    *,
+    periods: int = 2,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    anyway: bool = False,
+) -> JoinedPath:
+    """Return the motion from hover into a gait, around it, and back to hover, continuous in angles and rates.
+
+    Parameters
+    ----------
+    gait
+        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`, with the timing that it states.
+    periods
+        How often it is run, 1 to 10,000. There is a second in hover before and after.
+    vehicle, coefficients
+        Replace those of the gait.
+    anyway
+        Enter it along a straight line even if that is not flyable.
+
+    Returns
+    -------
+    JoinedPath
+        A timed path, run once; `course` names its phases, and when each begins. The path from hover is on the surface
+        if possible; otherwise, as to a biased gait, it is straight if that is flyable. It ends at the first row of the
+        gait. If the gait is in motion there, a run-up and a run-down join it, see :mod:`gaitgraph.timing.joining`.
+
+    Raises
+    ------
+    Infeasible
+        If no flyable path leads from hover to the gait, with the reason.
+    InputError
+        If the gait is run once, or `periods` is out of range.
+
+    Examples
+    --------
+    >>> from gaitgraph.gait.gait import lift
+    >>> gait = lift([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)], "red")
+    >>> flight = mission(gait.parametrize(1.0), periods=3)
+    >>> flight.course.phases, flight.period
+    (('hover', 'entry', 'gait', 'exit', 'hover'), 7.0)
+    """
+    whole_number("periods", periods, 1, _MOST_PERIODS)
+    timed = played(gait, vehicle=vehicle, coefficients=coefficients)
+    check_repeats(timed)
+    line, law, seconds = _entry(timed, anyway=anyway)
+    hover = _path(timed.gait, np.zeros((1, 4)), law, _PAUSE)
+    starts, stops = run_up(timed), run_up(timed, stops=True)
+    sections: list[TimedPath | RunUp | None] = [
+        hover,
+        _path(timed.gait, line, law, seconds),
+        starts,
+        Turns(motion=timed, periods=periods),
+        stops,
+        _path(timed.gait, line[::-1], law, seconds),
+        hover,
+    ]
+    known = [section for section in sections if section is not None]
+    whole = sum(section.period for section in known)
+    samples = round(timed.samples * whole / timed.period)
+    return JoinedPath.of(known, samples)
+
+
+def _entry(timed: TimedGait, *, anyway: bool) -> tuple[FloatArray, LawName, float]:
+    """Return the corners of the path from hover to the first row of a gait, its law and its duration [s]."""
+    found = transition(HOVER, timed)
+    if found and found.report.flyable:
+        return found.path, found.law, found.duration
+    # Straight to the first row, within the largest tilt rate.
+    around, seconds = timed.gait, found.duration
+    line = np.stack([np.zeros(4), timed.at(0.0).alpha])
+    limit = around.vehicle.max_tilt_rate
+    if limit is not None:
+        peaks = _path(around, line, found.law, 1.0).peaks(1)
+        seconds = max(seconds, float((peaks / limit).max()))
+    forbidden, _ = broken_rules(_path(around, line, found.law, seconds).check())
+    if forbidden and not anyway:
+        # For a gait off the surfaces, paths on them do not matter.
+        reason = f"off the surfaces it is straight, and {forbidden[0]}"
+        if around.check().valid:
+            reason = str(found.reason)
+        raise Infeasible(f"no flyable path from hover: {reason}")
+    return line, found.law, seconds
+
+
+def _path(like: Gait, line: FloatArray, law: LawName, seconds: float) -> TimedPath:
+    """Return the timed path along some corners, for the vehicle, coefficients and color of a gait."""
+    alpha = np.vstack([line, line[-2:0:-1]])
+    gait = replace(like, alpha=alpha, colors=like.colors[:1] * len(alpha), request={})
+    return TimedPath.of(gait.parametrize(2 * seconds, law=law))
