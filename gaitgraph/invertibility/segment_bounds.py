@@ -43,7 +43,7 @@ _BATCH = 1 << 14  # segments that are searched at once, so that memory is bounde
 _PARTS = 8  # of a step of a path on red
 # Few intervals are cut finer: an iteration over them is cheap.
 _FEW, _PIECES, _POINTS = 64, 16, 1024
-_LONG = 0.1  # a longer segment is hardly settled without a cut to this length [rad]
+_LONG = 0.05  # a longer segment is hardly settled without a cut to this length [rad]
 _SHORT = 1e-13  # a shorter share of a segment is not cut
 _MOST_POINTS = 4_000_000  # that a search evaluates
 _TINY = float(np.finfo(float).tiny)
@@ -123,7 +123,7 @@ def least_of_each(
     """
     left = _MOST_POINTS if most is None else most
     search = _Search(len(starts), quantities, tolerances, floor, each, left)
-    if not each:
+    if not each and len(starts) > _FEW:
         search.prime(starts)
     for start in range(0, len(starts), _BATCH):
         part = slice(start, start + _BATCH)
