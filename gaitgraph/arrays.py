@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 _MOST_DIMENSIONS = 64  # of an array of numpy
+_PLAIN = {float, int, str}
 
 
 def check_unmasked(values: object, name: str = "angles") -> None:
@@ -29,9 +30,10 @@ def check_unmasked(values: object, name: str = "angles") -> None:
 def first_masked(values: Any, depth: int = 0) -> tuple[int, ...] | None:
     """Return the indices of the first masked value, in lists of up to some depth; None if there is none."""
     if isinstance(values, (list, tuple)):
-        for k, part in enumerate(values if depth else ()):
-            is_plain = type(part) in (float, int, str)
-            found = None if is_plain else first_masked(part, depth - 1)
+        if not depth or _PLAIN.issuperset(map(type, values)):
+            return None
+        for k, part in enumerate(values):
+            found = first_masked(part, depth - 1)
             if found is not None:
                 return (k, *found)
         return None

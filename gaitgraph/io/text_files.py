@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from io import StringIO
 from itertools import chain, repeat
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.gait.table import Table
+    from gaitgraph.invertibility.forms import FloatArray
 
 _WHAT = "gait file"
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
@@ -39,17 +41,11 @@ def read_csv(path: Path) -> RawTable:
     """Return the columns of a CSV file, and what made it."""
     with path.open(encoding="utf-8-sig") as stream:
         names, line = _names_of(stream)
-        reader = csv.reader(stream, strict=True)
-        rows = []
-        try:
-            for row in filter(None, reader):
-                if len(row) != len(names):
-                    raise InputError(
-                        f"line {line + reader.line_num} must have {len(names)} fields, as the header has, got {len(row)}"
-                    )
-                rows.append(row)
-        except csv.Error as error:
-            raise _no_text(line + reader.line_num, error) from error
+        body = stream.read()
+    numbers = _numbers_in(body)
+    if numbers is not None and numbers.shape[1] == len(names):
+        return RawTable(columns=named_columns(names, numbers.T))
+    rows = _rows_of(body, len(names), line)
     texts = ([row[k] for row in rows] for k in range(len(names)))
     columns = named_columns(names, texts)
     about = None
@@ -84,6 +80,33 @@ def _names_of(stream: TextIO) -> tuple[list[str], int]:
             "columns must be separated by commas, with points in numbers, got semicolons, tabs or blanks"
         )
     return names, line
+
+
+def _numbers_in(body: str) -> FloatArray | None:
+    """Return lines that hold finite numbers alone as rows of an array; None where they hold anything else."""
+    if not body.isascii() or not body or body.isspace():
+        return None
+    try:
+        numbers = np.loadtxt(StringIO(body), delimiter=",", comments=None, ndmin=2)
+    except ValueError:
+        return None
+    return numbers if np.isfinite(numbers).all() else None
+
+
+def _rows_of(body: str, count: int, line: int) -> list[list[str]]:
+    """Return the fields of each line below the header, which is in a line; InputError unless each has the count."""
+    reader = csv.reader(StringIO(body), strict=True)
+    rows = []
+    try:
+        for row in filter(None, reader):
+            if len(row) != count:
+                raise InputError(
+                    f"line {line + reader.line_num} must have {count} fields, as the header has, got {len(row)}"
+                )
+            rows.append(row)
+    except csv.Error as error:
+        raise _no_text(line + reader.line_num, error) from error
+    return rows
 
 
 def _no_text(line: int, error: csv.Error) -> InputError:
