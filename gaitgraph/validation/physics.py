@@ -417,9 +417,11 @@ def mean_hover_power(
     over: Literal["time", "length"] = "length"
     starts, steps = segments.starts, segments.ends - segments.starts
     weights = np.linalg.norm(steps, axis=-1)
-    at_points = hover_power(segments.alpha, vehicle)
-    powers = (at_points[:-1] + at_points[1:]) / 2
+    powers = np.zeros(len(weights))
     long = weights > _SHORT
+    if not long.all():
+        at_points = hover_power(segments.alpha, vehicle)
+        powers = (at_points[:-1] + at_points[1:]) / 2
     if long.any():
         starts, steps = starts[long, None], steps[long, None]
 
