@@ -637,3 +637,27 @@ def test_a_waypoint_beside_a_line_where_rotors_idle_is_one_corner(
     )
     assert plan.report.flyable
     assert least_step(plan) > 0.1
+
+
+def test_a_level_that_coarse_polygons_decide_holds_for_the_waypoints_themselves() -> (
+    None
+):
+    (x1, y1), (x2, y2) = (0.328092, 0.331851), (0.015763, 0.104221)
+    vehicle = gg.Vehicle(
+        mass=1.89512860427698,
+        drag_to_thrust=[0.067944, 0.085899, 0.067944, 0.085899],
+        first_rotor_spin="counterclockwise",
+        rotor_positions=[[x1, y1, 0], [x2, y2, 0], [-x1, -y1, 0], [-x2, -y2, 0]],
+    )
+    waypoints = [
+        [1.2374391588481983, -0.44338788899743525],
+        [-0.029964494697048538, -0.49019643591110695],
+        [0.12391855119641232, -0.533285054285136],
+        [0.45540523605214445, -0.23174732929041597],
+        [0.2521090327265937, -0.5556704903865373],
+    ]
+    for any_order in (False, True):
+        plan = gg.plan_loop(
+            waypoints, vehicle=vehicle, objective="robust", any_order=any_order
+        )
+        assert plan, plan.reason

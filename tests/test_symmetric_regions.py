@@ -15,7 +15,7 @@ from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
 from gaitgraph.surface import admissible, borders, sheets
 from gaitgraph.surface.blocks import directions, roll_block, yaw_block
 from gaitgraph.surface.sheets import red_label, separating_factor
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 
 KINDS = (
     "any",
@@ -125,6 +125,26 @@ def test_sets_follow_the_level_matrix(kind: str) -> None:
             lambda at, s=share: (shares(at).min(axis=1) > 0) & (shares(at)[:, 0] > s),
             tolerance,
         )
+
+
+@pytest.mark.parametrize(
+    ("floor", "accuracy"), [(1e-5, 1e-4), (1e-3, 1e-2), (0.05, 0.1), (0.01, 0.01)]
+)
+def test_a_region_of_one_sign_is_enclosed_where_the_floor_is_small(
+    floor: float, accuracy: float
+) -> None:
+    vehicle = vehicle_named("beetle_art")
+    points = np.random.default_rng(1).uniform(-HALF_PI, HALF_PI, (4000, 2))
+    level = level_of(rotors_of(vehicle))
+    R = level.direction.at(red(points))[2]
+    for sign, wanted in zip(sheets.SIGNS, (-1, 1), strict=True):
+        region = admissible.admissible_region(
+            vehicle, sign=sign, floor=floor, accuracy=accuracy
+        )
+        assert region.outer.buffer(1e-9).covers(region.inner)
+        whole = admissible.admissible_region(vehicle, floor=floor, accuracy=1e-6)
+        inside = whole.contains(points) & (wanted * R > 0)
+        assert shapely.covers(region.outer, shapely.points(points[inside])).all()
 
 
 @every_vehicle

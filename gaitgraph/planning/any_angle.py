@@ -352,12 +352,13 @@ def _most_robust_region(branch: Branch) -> PreparedRegion:
 
 def _floor_joins_all(branch: Branch, floor: float) -> bool:
     """Return whether the region with a floor joins all waypoints; coarse polygons decide that far from the border."""
-    coarse = prepared_region(branch, floor, max(_COARSE, branch.request.accuracy))
-    if _joins_all(coarse, branch):
+    accuracy = max(_COARSE, branch.request.accuracy)
+    coarse = prepared_region(branch, floor, accuracy).region
+    around = region_of([coarse.outer] * 2, accuracy)
+    first, *others = branch.request.waypoints
+    if all(coarse.joined(first, point) for point in others):
         return True
-    outer = region_of([coarse.region.outer] * 2, coarse.region.accuracy)
-    first = branch.request.waypoints[0]
-    if not all(outer.joined(first, point) for point in branch.request.waypoints):
+    if not all(around.joined(first, point) for point in others):
         return False
     return _joins_all(prepared_region(branch, floor), branch)
 

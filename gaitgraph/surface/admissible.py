@@ -64,6 +64,9 @@ _OPEN_MARGIN = (
 # Where R need only be certain in spite of rounding, which a distance of all of its borders mostly does.
 _ROUNDED = 1e-11
 _CERTAIN_MARGIN, _AT_SADDLE = 3e-7, 1e-6  # rad
+# Around R = 0 the least singular value is below a floor within floor/(√2·rate), which outer shapes of up to twice the
+# accuracy do not reach over.
+_BAND = 4.0
 _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 # Nearer to a limit than this the checks of a gait cannot decide along segments, and count it as beyond the limit.
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
@@ -561,9 +564,15 @@ def _admissible(
     if floor < _SEPARATING:
         pairs = [signed(wanted) for wanted in signs]
         return region_of(_union(pairs), accuracy, condition) & region
-    # Each polygon is off R = 0, so R has one sign on it: remove where |R| is too small. It is at least a product of
-    # four singular values, over 2κ.
+    # Each polygon of the inner shape is off R = 0, so R has one sign on it: remove where |R| is too small. It is at
+    # least a product of four singular values, over 2κ.
     of_signs = _parts_of_signs(region, vehicle)
+    rate = level_of(rotors_of(vehicle)).rate
+    if floor <= _BAND * rate * accuracy:
+        # The outer shape may reach over R = 0.
+        for wanted in signs:
+            whole = _red_sign(wanted, vehicle, accuracy)[1]
+            of_signs[wanted][1] = shapely.intersection(region.outer, whole)
     certain = floor**4 / (2 * vehicle.drag_ratio)
     for wanted in signs:
         if certain < least and _determinant_falls_below(

@@ -143,7 +143,7 @@ class Segments:
     def place(self, segment: int, fraction: float = 0.0) -> GaitPoint:
         """Return the place at a fraction of a segment, counted from 0."""
         index, fraction = int(segment), float(fraction)
-        if fraction == 1.0:
+        if fraction >= 1.0 - SAME_ANGLE:
             index, fraction = index + 1, 0.0
         if index and self.number[index] == 1 and self.within is None:
             index = 0  # the first point again
