@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from gaitgraph.angles import checked_number
+from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
 from gaitgraph.invertibility.matrices import tilt_angles
@@ -207,11 +207,11 @@ class _Hover:
         inverses, shares = self._inverses(matrices)
         squares = np.linalg.norm(inverses, 2, axis=(-2, -1)) ** -2.0
         one_sign = (determinants * determinants[:, :1] > 0).all(axis=1)
-        in_range = (shares > 0).all(axis=(1, 2)) & (shares <= self.most).all(
-            axis=(1, 2)
-        )
+        in_range = ((shares > 0) & (shares <= self.most)).all(axis=(1, 2))
         at_corners = one_sign & in_range & (squares.min(axis=1) >= self.floor**2)
-        # One over the norm of the largest entries. Turned so that the third to last columns are small, they are few.
+        # What holds at the corners holds between them on arcs shorter than π.
+        at_corners &= (boxes.half_angle < HALF_PI).all(axis=1)
+        # One over the norm of the largest entries, turned so that one column is large where the matrix is nearly singular.
         turned = np.linalg.svd(self.matrices(boxes.angle, boxes.drag))[0]
         largest = np.abs(inverses @ turned[:, None]).max(axis=1)
         first = np.linalg.norm(largest, 2, axis=(-2, -1)) ** -2.0
