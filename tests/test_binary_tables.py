@@ -333,7 +333,9 @@ def test_matlab_files_that_are_broken_are_refused(tmp_path: Path) -> None:
         whole[:130],
     ):
         path.write_bytes(content)
-        assert "it is not a MAT-file" in refusal(path)
+        # Older versions of scipy read a file of zeros as one without variables.
+        said = refusal(path)
+        assert "it is not a MAT-file" in said or "column 'alpha1' is missing" in said
 
 
 def test_parquet_files_with_something_else_are_refused(tmp_path: Path) -> None:
