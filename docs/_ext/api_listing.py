@@ -251,10 +251,11 @@ def imported_names() -> frozenset[str]:
                     }
                     names |= {alias.asname or alias.name for alias in node.names}
             elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-                stated = [part for part in node.body if isinstance(part, ast.Assign)]
-                names |= {
-                    ast.unparse(target) for part in stated for target in part.targets
-                }
+                for part in node.body:
+                    if isinstance(part, ast.Assign):
+                        names |= {ast.unparse(target) for target in part.targets}
+                    elif isinstance(part, ast.AnnAssign):
+                        names.add(ast.unparse(part.target))
     return frozenset(names)
 
 
