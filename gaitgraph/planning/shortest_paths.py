@@ -29,7 +29,8 @@ Complexes = npt.NDArray[np.complex128]
 View = tuple[tuple[int, float], ...]  # corners that can be seen, with distances
 
 _ROUNDING = 1e-11  # rounding may put lines along a border so far outside
-_KEPT = 4096  # views from points that are not corners
+# Views from points that are not corners, a kilobyte each: more waypoints than this are ordered a tenth slower.
+_KEPT = 256
 _START = -1
 _END = -2
 
