@@ -34,8 +34,7 @@ from gaitgraph.surface.region import (
     polygons_of,
     rectangle,
     region_of,
-    square_within,
-    square_without,
+    sides_of,
     zones_region,
 )
 from gaitgraph.surface.sheets import (
@@ -105,7 +104,8 @@ def sign_region(
         judged = coefficients_of(vehicle, "exact")
         pair = _red_sign(wanted, vehicle, accuracy)
         if 0 < least <= _ROUNDED:
-            apart = _red_sign(wanted, vehicle, accuracy, _CERTAIN_MARGIN)
+            margin = min(_CERTAIN_MARGIN, accuracy / 2)
+            apart = _red_sign(wanted, vehicle, accuracy, margin)
             pair[0] = _without_saddles(apart[0], least, wanted, judged)
         if least and _determinant_falls_below(least, wanted, pair[0], judged):
             pair = _determinant_above(least, wanted, vehicle, accuracy)
@@ -152,8 +152,8 @@ def _determinant_sides(
     for block in (yaw_block(vehicle), roll_block(vehicle)):
         negative = borders.determinant_negative(block, chord_tolerance(accuracy))
         reach = margin if block.is_product else max(margin, accuracy / 2)
-        positive = square_without(negative, reach)
-        found.append({1: positive, -1: square_within(negative, reach)})
+        below, above = sides_of(negative, reach)
+        found.append({1: above, -1: below})
     return found
 
 
@@ -167,7 +167,7 @@ def _determinant_above(
         roll_block(vehicle).form,
         chord_tolerance(accuracy),
     )
-    return square_without(below, accuracy / 2)
+    return sides_of(below, accuracy / 2)[1]
 
 
 def _blue_sign(
@@ -181,7 +181,8 @@ def _blue_sign(
             least, sign * turned, coefficients, tolerance
         )
         cells = _quarters(wraps[0], wraps[1], -turned)
-        parts.append(shapely.intersection(cells, square_without(below, accuracy / 2)))
+        above = sides_of(below, accuracy / 2)[1]
+        parts.append(shapely.intersection(cells, above))
     return _union(parts)
 
 
@@ -402,8 +403,10 @@ def _thrust_limit(
     above = borders.thrust_above(share, first, second, tolerance)
     other = borders.thrust_above(share, second, first, tolerance).transposed()
     # Each set is moved by itself: where both overlap by their errors alone, their union has no border to be moved.
-    side = square_without if largest else square_within
-    pair = shapely.intersection(side(above, accuracy / 2), side(other, accuracy / 2))
+    kept = 1 if largest else 0
+    pair = shapely.intersection(
+        sides_of(above, accuracy / 2)[kept], sides_of(other, accuracy / 2)[kept]
+    )
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
     value = partial(_extreme_share, vehicle, largest)
     limit = _bound(

@@ -311,21 +311,16 @@ def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:
     return shape.buffer(distance, join_style="mitre")
 
 
-def square_without(forbidden: Halves, reach: float) -> Pair:
-    """Return the square without a set that is known to within `reach`, as a pair."""
-    return _square_off(forbidden, True, reach)
+def sides_of(halves: Halves, reach: float) -> tuple[Pair, Pair]:
+    """Return the parts of the square where a condition holds and where it does not, each as a pair.
 
-
-def square_within(allowed: Halves, reach: float) -> Pair:
-    """Return the part of the square in a set that is known to within `reach`, as a pair."""
-    return _square_off(allowed, False, reach)
-
-
-def _square_off(halves: Halves, forbidden: bool, reach: float) -> Pair:
-    """Return the square off one half: what the other half does not reach is certain, what this one reaches may be."""
-    inner = shapely.difference(_SQUARE, halves.around(forbidden, reach))
-    outer = shapely.intersection(_SQUARE, halves.around(not forbidden, reach))
-    return np.array([inner, outer])
+    Both are known to within `reach` [rad]: what the other side does not reach is certain.
+    """
+    reached = np.array([halves.around(holds, reach) for holds in (True, False)])
+    certain = shapely.difference(_SQUARE, reached[::-1])
+    possible = shapely.intersection(_SQUARE, reached)
+    within, without = np.stack([certain, possible], axis=1)
+    return within, without
 
 
 def chord_tolerance(accuracy: float) -> float:

@@ -197,7 +197,7 @@ class Turns(RunUp):
     @property
     def statement(self) -> dict[str, Any] | None:
         """What it is made from, as plain values; None if that is more than corners, a law and limits."""
-        stated = RunUp.statement.fget(self)  # type: ignore[attr-defined]
+        stated = super(Turns, self).statement  # slots make a new class
         return None if stated is None else stated | {"steady": True}
 
     @property
@@ -338,18 +338,27 @@ class JoinedPath(TimedGait):
     @property
     def course(self) -> Course:
         """The sections with their times."""
-        phases = [section.phase for section in self.sections]
-        if "gait" in phases:  # a mission
-            first = phases.index("gait")
+        names = [section.phase for section in self.sections]
+        if "gait" in names:  # a mission
+            gait = names.index("gait")
             for k, section in enumerate(self.sections):
                 if len(section.line) == 1:
-                    phases[k] = HOVER
-                elif phases[k] == "path":
-                    phases[k] = "entry" if k < first else "exit"
+                    names[k] = HOVER
+                elif names[k] == "path":
+                    names[k] = "entry" if k < gait else "exit"
         return course_of(
-            (phase, section.period, 0.0, section)
-            for phase, section in zip(phases, self.sections, strict=True)
+            (name, section.period, 0.0, section)
+            for name, section in zip(names, self.sections, strict=True)
         )
+
+    @property
+    def phases(self) -> tuple[tuple[str, float], ...]:
+        """The parts of a mission by name, and when each begins [s]; none of a path to a gait or from one."""
+        course = self.course
+        if "gait" not in course.phases:
+            return ()
+        begins = [begin for begin, _, _ in course.sections]
+        return tuple(zip(course.phases, begins, strict=True))
 
     @property
     def made_for(self) -> dict[str, list[float]]:

@@ -140,6 +140,16 @@ class TimedGait(Pictured):
         return None
 
     @property
+    def stated_sections(self) -> list[dict[str, Any]] | None:
+        """What the sections of a joined path are made from, as plain values; None for any other motion."""
+        return None
+
+    @property
+    def phases(self) -> tuple[tuple[str, float], ...]:
+        """The parts of a mission by name, and when each begins [s]; none of any other motion."""
+        return ()
+
+    @property
     def statement(self) -> dict[str, Any] | None:
         """What the motion follows from, as plain values; None if that is more than corners, a law and limits."""
         if self.stated_corners is None:
@@ -733,15 +743,11 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     if not by_law and timed.law != JOINED:
         made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
     made["samples"] = timed.samples
-    sections = getattr(timed, "stated_sections", None)
+    sections = timed.stated_sections
     if sections is not None:
         made["sections"] = sections
-    course = getattr(timed, "course", None)
-    if course is not None and "gait" in course.phases:
-        begins = [begin for begin, _, _ in course.sections]
-        made["phases"] = [
-            list(pair) for pair in zip(course.phases, begins, strict=True)
-        ]
+    if timed.phases:
+        made["phases"] = [list(phase) for phase in timed.phases]
     corners = timed.stated_corners
     if corners is not None and gait.color != "mixed" and len(corners) <= MOST_CORNERS:
         made["corners"] = corners.tolist()
