@@ -107,6 +107,12 @@ def test_a_paced_file_states_the_corners(tmp_path: Path) -> None:
     table = replace(table, columns={**table.columns, "alpha1": alpha1})
     with pytest.warns(FileWarning, match="row 3 has alpha1"):
         assert len(gg.gait_of(table).alpha) > 3
+    corners = gait.alpha.copy()
+    corners[1, 3] += 0.01  # off the sheet, where no row lies
+    stated = table_of(paced)
+    stated = replace(stated, about=stated.about | {"corners": corners.tolist()})
+    with pytest.warns(FileWarning, match="gait must be on its sheet"):
+        assert gg.validate(stated).flyable
     rounded: Any = gg.least_period(gait, limits, rounding=0.05, samples=7)
     about = table_of(rounded).about
     assert about["corners"] == gait.alpha.tolist()

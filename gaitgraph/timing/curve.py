@@ -25,14 +25,18 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.given import gait_of
-from gaitgraph.surface.sheets import sheet_angles
+from gaitgraph.surface.sheets import COLORS, sheet_angles, sheet_distances
 from gaitgraph.timing.polynomials import (
     bends_of,
     derivative_of,
     located,
     values_of,
 )
-from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE, SAME_ANGLE
+from gaitgraph.tolerances import (
+    DEFAULT_CROSSING_TOLERANCE,
+    DEFAULT_TOLERANCE,
+    SAME_ANGLE,
+)
 
 if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
@@ -237,6 +241,14 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
         wanted = "gait must be on one sheet, red or blue"
         raise InputError(
             f"{wanted}, got the color {shown(gait.color)}; retarget moves it there"
+        )
+    # Between corners the curve is lifted anew: corners off the sheet would be another motion.
+    distances = sheet_distances(gait.alpha, gait.coefficients)
+    off = float(distances[:, COLORS.index(gait.color)].max())
+    if off > DEFAULT_TOLERANCE:
+        raise InputError(
+            f"gait must be on its sheet, {gait.color}, to {DEFAULT_TOLERANCE:g} rad, got a corner {off:.2g} rad off; "
+            "retarget moves it there"
         )
     merged = _apart(gait.merged())
     plane = merged.alpha[:, :2]
