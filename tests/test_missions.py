@@ -137,3 +137,20 @@ def test_export_writes_it(
     assert refused.code == 1
     assert "no flyable path from hover" in refused.out + refused.err
     assert not (tmp_path / "no.csv").exists()
+
+
+def test_the_refusal_names_the_nearest_gait_that_hover_reaches() -> None:
+    with pytest.raises(gg.Infeasible, match="rows are up to 119° away") as refused:
+        gg.mission("gait3")
+    assert 'gg.retarget(gait, sign="positive")' in str(refused.value)
+    nearest = gg.retarget("gait3", sign="positive")
+    assert np.degrees(nearest.largest[0]) == pytest.approx(118.7, abs=0.1)
+    assert gg.mission(nearest.gait.parametrize(1.0)).check().flyable
+
+
+@pytest.mark.parametrize("rate", [50.0, 47.3, 400.0])
+def test_its_rows_fill_whole_frames(rate: float) -> None:
+    flight = gg.mission(timed("paced"), rate=rate)
+    assert flight.period * rate == pytest.approx(flight.samples, abs=1e-9)
+    assert 1.0 <= flight.sections[-1].period < 1.0 + 1.0 / rate
+    assert not flight.at(flight.period).alpha.any()

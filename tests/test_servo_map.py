@@ -79,7 +79,12 @@ def test_a_map_does_what_it_says(table: Table, servos: Path) -> None:
         "rear_left_us",
         "front_left_us",
         "rear_right_us",
+        "front_right_thrust",
+        "rear_left_thrust",
+        "front_left_thrust",
+        "rear_right_thrust",
     ]
+    assert found["front_right_thrust"].tolist() == table["thrust4"].tolist()
     a1, a2, a3, a4 = table.alpha.T
     assert np.allclose(found["time_ms"], 1000 * table["t"], rtol=1e-15)
     for name, exact in (
@@ -99,15 +104,20 @@ def test_the_papers_map_changes_no_bit(table: Table) -> None:
         *(f"alpha{k}" for k in (1, 2, 3, 4)),
         *RATES,
         *ACCELERATIONS,
+        *(f"alpha{k}_thrust" for k in (1, 2, 3, 4)),
     ]
-    assert all(np.array_equal(values, table[name]) for name, values in found.items())
+    for name, values in found.items():
+        of_table = name
+        if name.endswith("_thrust"):
+            of_table = f"thrust{name[5]}"
+        assert np.array_equal(values, table[of_table])
 
 
 @st.composite
 def joint_maps(draw: st.DrawFn) -> ServoMap:
     joints = []
     for k, rotor in enumerate(draw(st.permutations([1, 2, 3, 4]))):
-        unit = draw(st.sampled_from(["rad", "deg", "us"]))
+        unit = draw(st.sampled_from(["rad", "deg", "normalized", "us"]))
         one = {
             "name": f"joint {k}",
             "column": f"joint {k}",
@@ -120,7 +130,11 @@ def joint_maps(draw: st.DrawFn) -> ServoMap:
             "neutral_us": 4000.0,
             "limits_us": (0.0, 8000.0),
         }
-        joints.append(one | (pulses if unit == "us" else {}))
+        if unit == "us":
+            one |= pulses
+        elif unit == "normalized":
+            one["limits"] = (draw(st.floats(-4, -3)), draw(st.floats(3, 4)))
+        joints.append(one)
     time_unit = draw(st.sampled_from(["s", "ms", "us"]))
     return servo_map_from_mapping(
         {"name": "any", "joint": joints, "time": "time", "time_unit": time_unit}
@@ -357,7 +371,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         "servos must be a preset .* or a .toml file, got 'x_fram'; did you mean 'x_frame'",
     ),
     ({"unti": "us"}, "servos has no field 'unti'; did you mean 'unit'"),
-    ({"unit": "grad"}, "unit must be rad, deg or us, got 'grad'"),
+    ({"unit": "grad"}, "unit must be rad, deg, normalized or us, got 'grad'"),
     ({"unit": "us"}, "us_per_rad must be between 0.001 and 1e9 .*, got None"),
     (
         {"unit": "us", "us_per_rad": -400},
@@ -379,6 +393,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         {"unit": "us", "us_per_rad": 400, "limits": [-1, 1]},
         "limits must be left out for the unit 'us'",
     ),
+    ({"unit": "normalized"}, "limits must be the least and the largest .*, got None"),
+    ({"integer": True}, "integer must be left out for the unit 'rad'"),
     ({"us_per_rad": 400}, "us_per_rad must be left out for the unit 'rad'"),
     ({"limits": ["1rad", "-1rad"]}, "limits must be .*in this order"),
     ({"limits": 3}, "limits must be the least and the largest .*, got 3"),

@@ -10,7 +10,7 @@ import warnings
 from dataclasses import replace
 from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +19,8 @@ import gaitgraph as gg
 from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.given import gait_of
-from gaitgraph.gait.table import provenance_text
+from gaitgraph.gait.table import Table, provenance_text
+from gaitgraph.invertibility.geometry import Geometry
 from gaitgraph.io import formats
 from gaitgraph.io.columns import table_from_frame
 from gaitgraph.io.exporting import export
@@ -27,12 +28,10 @@ from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.vehicle import vehicle_named
 from tests.mutated import refusal
 from tests.published import GAITS
 from tests.samples import PUBLISHED
-
-if TYPE_CHECKING:
-    from gaitgraph.gait.table import Table
 
 G1, _, G3, _ = GAITS
 LIGHT = gg.PAPER.replace(name="light", mass=0.3)
@@ -714,7 +713,7 @@ def test_an_open_quotation_mark_swallows_nothing(tmp_path: Path, row: int) -> No
 def test_a_table_is_shown_in_one_line_without_its_numbers() -> None:
     timed = gg.lift([(0.4, -0.4), (0.8, -0.4)], "red").parametrize(2.0, samples=4)
     shown = repr(gg.timing.table_of(timed))
-    assert shown == "<Table: 5 rows, 16 columns, T = 2 s, smooth, vehicle 'paper'>"
+    assert shown == "<Table: 5 rows, 20 columns, T = 2 s, smooth, vehicle 'paper'>"
 
 
 def test_texts_of_a_csv_are_read_whole(tmp_path: Path) -> None:
@@ -727,3 +726,36 @@ def test_texts_of_a_csv_are_read_whole(tmp_path: Path) -> None:
     path.write_text(head + row.format("red     blue", '"(+,+)"'))
     with pytest.raises(gg.InputError, match="red     blue"):
         gg.read_table(path)
+
+
+@pytest.mark.parametrize("preset", ["paper", "beetle_omni", "beetle_art"])
+def test_thrusts_of_each_row_carry_the_weight_without_moment(preset: Any) -> None:
+    vehicle = vehicle_named(preset)
+    gait = gg.lift([(-0.4, 0.4), (-0.4, 0.9), (-0.9, 0.9)], "red", vehicle=vehicle)
+    table = gg.timing.table_of(gait.parametrize(samples=12))
+    thrusts = np.column_stack([table[f"thrust{k}"] for k in (1, 2, 3, 4)])
+    geometry = Geometry.of_vehicle(vehicle)
+    wrench = geometry.level_matrix(table.alpha) @ thrusts[..., None]
+    weight = np.full(len(table), vehicle.mass * vehicle.gravity)
+    assert wrench[:, :3, 0] == pytest.approx(0.0, abs=1e-12)
+    assert wrench[:, 3, 0] == pytest.approx(weight)
+    assert table.units["thrust3"] == "N"
+
+
+def test_rows_that_no_thrusts_hold_have_no_columns_of_thrust() -> None:
+    pulling = gg.lift([(0.5, 0.5), (0.8, 0.8)], "red")
+    assert "thrust1" not in pulling.parametrize().columns
+    massless = gg.PAPER.replace(mass=None)
+    gait = gg.lift([(-0.4, 0.4), (-0.4, 0.9)], "red", vehicle=massless)
+    assert "thrust1" not in gait.parametrize().columns
+
+
+def test_edited_thrusts_are_computed_again_when_a_table_is_exported(
+    tmp_path: Path,
+) -> None:
+    table = gg.timing.table_of("gait4")
+    edited = dict(table.columns) | {"thrust2": np.full(len(table), 9.0)}
+    path = tmp_path / "edited.csv"
+    gg.io.write_tables(Table(columns=edited, about=table.about), [path])
+    again = gg.export(path, tmp_path / "again.csv").table
+    assert again["thrust2"] == pytest.approx(table["thrust2"])

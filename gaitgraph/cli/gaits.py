@@ -427,4 +427,10 @@ def _mission_of(source: Any, given: dict[str, Any]) -> JoinedPath:
         source = timed_gait_of(source, **of_gait)
         of_gait = {}
     count = {"periods": given.pop("periods")} if "periods" in given else {}
-    return mission(source, anyway=given.get("anyway", False), **count, **of_gait)
+    return mission(
+        source,
+        rate=given.get("rate"),
+        anyway=given.get("anyway", False),
+        **count,
+        **of_gait,
+    )

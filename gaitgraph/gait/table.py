@@ -1,7 +1,7 @@
 """Gait tables: named columns and their provenance; lifted, closed to gaits, and completed with computed columns.
 
 A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``color, types, R``, then ``alpha1_rate`` …
-(rad/s) and ``alpha1_acceleration`` … (rad/s²). A user's table needs only alpha1 to alpha4, or alpha1, alpha2 and color,
+(rad/s), ``alpha1_acceleration`` … (rad/s²) and ``thrust1`` … (N), see :func:`hover_thrust_columns`. A user's table needs only alpha1 to alpha4, or alpha1, alpha2 and color,
 in any order, with or without t, closed or to be closed. :mod:`gaitgraph.io` reads and writes tables as files.
 
 A last row that comes back to the first, as :func:`is_closed` says, closes a table, and its time ends the period.
@@ -33,6 +33,7 @@ from gaitgraph.invertibility.coefficients import (
     coefficients_of,
 )
 from gaitgraph.invertibility.matrices import (
+    hover_thrust_shares,
     level_determinant,
     level_determinant_resolution,
 )
@@ -66,6 +67,9 @@ if TYPE_CHECKING:
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
 RATES = tuple(f"{name}_rate" for name in ANGLES)
 ACCELERATIONS = tuple(f"{name}_acceleration" for name in ANGLES)
+THRUSTS = tuple(f"thrust{k}" for k in range(1, 5))
+"""The columns of hover thrust."""
+
 RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
 """The derivatives of tilt angles that a vehicle may limit, and their units."""
 
@@ -73,7 +77,7 @@ RATE_CHECKS = tuple(f"tilt_{kind}" for kind in RATE_UNITS)
 """Names of the checks that need timing."""
 
 TEXTS = ("color", "types")
-ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
+ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS, *THRUSTS)
 
 FORMAT = "gaitgraph gait table"
 """The value of `format` in the provenance of a file."""
@@ -84,15 +88,14 @@ _ULPS = 2e-15  # of times computed again, as a share of the latest one
 _OF_GAITS = ("corners", "rounding", "law", "request")  # statements of a closed gait
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
+_UNITS |= dict.fromkeys(THRUSTS, "N")
 # Columns that a flight adds, see gaitgraph.flight.flight.
 _UNITS |= dict.fromkeys(("x", "y", "z", "x_wanted", "y_wanted", "z_wanted"), "m")
 _UNITS |= dict.fromkeys(("roll", "pitch", "yaw", "roll_wanted", "pitch_wanted"), "rad")
 _UNITS |= dict.fromkeys(("x_rate", "y_rate", "z_rate"), "m/s") | dict.fromkeys(
     ("saturated", "nearness"), "1"
 )
-_UNITS |= {f"body_rate_{axis}": "rad/s" for axis in "xyz"} | {
-    f"thrust{k}": "N" for k in range(1, 5)
-}
+_UNITS |= {f"body_rate_{axis}": "rad/s" for axis in "xyz"}
 # Columns of a basin, see gaitgraph.flight.basins.
 _UNITS |= {"begin": "s", "seconds": "s"} | dict.fromkeys(
     ("eta", "peak_share", "acceptable", "same_side"), "1"
@@ -269,6 +272,7 @@ class Table(Pictured):
             for joint in servos["joint"]:
                 if isinstance(joint, dict):
                     unit = str(joint.get("unit", "rad"))
+                    known[f"{joint.get('name')}_thrust"] = "N"
                     known |= {
                         f"{joint.get('column')}{end}": unit + per
                         for end, per in _DERIVED.items()
@@ -585,11 +589,30 @@ def completed_table(
         columns = _closed(columns, is_closed(alpha))
     if not all(name in table for name in RATES):
         columns |= _slopes(columns, table.repeats)
+    for name in THRUSTS:
+        columns.pop(name, None)
+    columns |= hover_thrust_columns(
+        np.column_stack([columns[name] for name in ANGLES]), body
+    )
     columns = {name: columns[name] for name in ORDER if name in columns}
     completed = Table(columns=columns, about=about)
     if table.motion is None or not is_own:
         return completed
     return completed.with_motion(table.motion)
+
+
+def hover_thrust_columns(alpha: FloatArray, vehicle: Vehicle) -> dict[str, FloatArray]:
+    """Return the thrust of each rotor in level hover at tilt angles of shape (n, 4), by column [N].
+
+    There are none if the vehicle states no mass, or if a thrust is not positive in one of the rows: rotors only push.
+    Off the gait surfaces a horizontal force remains, which is not included.
+    """
+    if vehicle.mass is None:
+        return {}
+    thrusts = vehicle.mass * vehicle.gravity * hover_thrust_shares(alpha, vehicle)
+    if not (np.isfinite(thrusts) & (thrusts > 0.0)).all():
+        return {}
+    return dict(zip(THRUSTS, thrusts.T, strict=True))
 
 
 def _closed(columns: dict[str, Any], returned: bool) -> dict[str, Any]:

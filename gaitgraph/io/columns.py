@@ -34,6 +34,7 @@ from gaitgraph.gait.table import (
     ORDER,
     RATES,
     TEXTS,
+    THRUSTS,
     Table,
     about_from_text,
 )
@@ -55,7 +56,7 @@ if TYPE_CHECKING:
 _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(
     ANGLES[2:], 1e6
 )  # beyond 1e6 a float carries no angle
-_LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12) | {"t": 1e9}
+_LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS, *THRUSTS), 1e12) | {"t": 1e9}
 _SHORTEST_STEP = 1e-9
 _TIMES = {"time": 1.0, "t_ms": 1e3, "time_ms": 1e3, "t_us": 1e6, "time_us": 1e6}
 """Other names of the column t, and their units in one second."""

@@ -1,8 +1,8 @@
 """Servo maps: conversion between tilt angles and four joints with an order, signs, zeros, limits and units.
 
 A joint turns one rotor about its arm. It is at q = sign·s + zero [rad] when the rotor is tilted by α, with s = α or the
-servo angle that makes α through a linkage. Its column states q in radians, in degrees, or as the pulse width
-neutral + (µs per radian)·q that a servo takes.
+servo angle that makes α through a linkage. Its column states q in radians or degrees, normalized (−1 and 1 at the two
+limits of q, as PX4's ``actuator_servos``), or as the pulse width neutral + (µs per radian)·q that a servo takes.
 """
 
 from __future__ import annotations
@@ -22,24 +22,35 @@ from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 from gaitgraph.gait.digits import Digits, digits_of
-from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, surface_of
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    ANGLES,
+    RATES,
+    TEXTS,
+    THRUSTS,
+    Table,
+    surface_of,
+)
 from gaitgraph.vehicle import Linkage, Spin, linkage_of, linked, vehicle_named
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import VehicleLike
 
-Unit = Literal["rad", "deg", "us"]
+Unit = Literal["rad", "deg", "normalized", "us"]
 TimeUnit = Literal["s", "ms", "us"]
 
 _TIME_UNITS: dict[TimeUnit, float] = {"s": 1.0, "ms": 1e3, "us": 1e6}  # in one second
 _UNITS = {
-    "rad": ("", "rad"),
-    "deg": ("_deg", "°"),
-    "us": ("_us", "µs"),
+    "rad": ("", " rad"),
+    "deg": ("_deg", " °"),
+    "normalized": ("_normalized", ""),
+    "us": ("_us", " µs"),
 }  # how columns end by default, and the sign
 _DERIVATIVES = {"_rate": RATES, "_acceleration": ACCELERATIONS}
-_OF_PULSES = ("us_per_rad", "neutral_us", "limits_us")
+_WITH_RATES = ("rad", "deg")
+_THRUST = "_thrust"  # ends the column of the thrust of the rotor that a joint turns
+_OF_PULSES = ("us_per_rad", "neutral_us", "limits_us", "integer")
 _NAME = "a printable text of 1 to 64 characters"
 _ROUNDING = 1e-9  # of a limit: what floating point may add to a value that was stated as the limit
 
@@ -74,13 +85,14 @@ class Joint:
     rotor
         Which of the gait's rotors it turns, 1 to 4.
     unit
-        "rad", "deg" or "us" (pulse width, µs).
+        "rad", "deg", "normalized" (−1 at the least and 1 at the largest of the limits) or "us" (pulse width, µs).
     sign, zero
         1 if it turns as α does, right-handed about the arm's outward axis, else −1; its angle q at α = 0 [rad].
     limits
-        Least and largest angle q [rad], for the units rad and deg; None for no limits.
-    us_per_rad, neutral_us, limits_us
-        For the unit us: pulse width per angle [µs/rad], at q = 0 [µs], and the least and the largest [µs].
+        Least and largest angle q [rad], not for the unit us; None for no limits, which the unit normalized needs.
+    us_per_rad, neutral_us, limits_us, integer
+        For the unit us: pulse width per angle [µs/rad], at q = 0 [µs], the least and the largest [µs], and whether
+        pulse widths are whole numbers.
     linkage
         That of its arm, as :class:`~gaitgraph.vehicle.Vehicle` has it; in exports the vehicle's, if it has one.
     """
@@ -95,6 +107,7 @@ class Joint:
     us_per_rad: float | None = None
     neutral_us: float = 1500.0
     limits_us: tuple[float, float] = (1000.0, 2000.0)
+    integer: bool = False
     linkage: Linkage | None = None
 
     def __post_init__(self) -> None:
@@ -103,7 +116,7 @@ class Joint:
             self.unit == "us",
         )
         must("name", _is_name(self.name), _NAME)
-        must("unit", self.unit in get_args(Unit), "rad, deg or us")
+        must("unit", self.unit in get_args(Unit), "rad, deg, normalized or us")
         must("column", _is_name(self.column), _NAME)
         must(
             "rotor",
@@ -122,6 +135,7 @@ class Joint:
         if is_pulses:
             low, high = _pair(self.limits_us)
             slope = number_of(self.us_per_rad)
+            must("integer", isinstance(self.integer, bool), "true or false")
             must(
                 "us_per_rad",
                 1e-3 <= slope <= 1e9,
@@ -137,7 +151,7 @@ class Joint:
                 low <= number_of(self.neutral_us) <= high,
                 f"between {low:g} and {high:g} µs",
             )
-        elif self.limits is not None:
+        elif self.limits is not None or self.unit == "normalized":
             low, high = _pair(self.limits)
             must(
                 "limits",
@@ -148,15 +162,33 @@ class Joint:
     @property
     def per_radian(self) -> float:
         """Units of the column in one radian."""
+        if self.unit == "normalized":
+            low, high = _pair(self.limits)
+            return 2.0 / (high - low)
         return {"rad": 1.0, "deg": math.degrees(1.0), "us": self.us_per_rad or 0.0}[
             self.unit
         ]
+
+    @property
+    def at_zero(self) -> float:
+        """The value of the column where the joint is at q = 0."""
+        if self.unit == "normalized":
+            low, high = _pair(self.limits)
+            return -(low + high) / (high - low)
+        return self.neutral_us if self.unit == "us" else 0.0
+
+    @property
+    def has_rates(self) -> bool:
+        """Whether tables have its rate and acceleration: not in the units that servos are commanded in."""
+        return self.unit in _WITH_RATES
 
     @property
     def decimals(self) -> int | None:
         """Decimals of its column: 0.1 µs, or finer where that is more than 1e-3 rad; None for full precision."""
         if self.us_per_rad is None:
             return None
+        if self.integer:
+            return 0
         return max(1, 3 - math.floor(math.log10(self.us_per_rad)))
 
     @property
@@ -173,8 +205,13 @@ class Joint:
     @property
     def bounds(self) -> tuple[float, float]:
         """The least and the largest value of its column, in its unit; infinite where there is no limit."""
-        stated = np.multiply(self.limits or (-math.inf, math.inf), self.per_radian)
-        low, high = self.limits_us if self.unit == "us" else stated.tolist()
+        low, high = self.limits or (-math.inf, math.inf)
+        if self.unit == "us":
+            low, high = self.limits_us
+        elif self.unit == "normalized":
+            low, high = -1.0, 1.0
+        else:
+            low, high = low * self.per_radian, high * self.per_radian
         if self.linkage is not None:
             least, most = sorted(
                 float(self.value_of(self.linkage[end][1])) for end in (0, -1)
@@ -189,15 +226,13 @@ class Joint:
             if self.linkage is None
             else linked(self.linkage, tilt, to_servo=True)[0]
         )
-        return (self.neutral_us if self.unit == "us" else 0.0) + self.per_radian * (
-            self.sign * turn + self.zero
-        )
+        return self.at_zero + self.per_radian * (self.sign * turn + self.zero)
 
     def angle_of(self, value: Any) -> Any:
         """Return the joint's angle q [rad] of values of the column."""
-        if self.unit == "us":
-            return (value - self.neutral_us) / self.per_radian
-        return np.radians(value) if self.unit == "deg" else value
+        if self.unit == "deg":
+            return np.radians(value)
+        return (value - self.at_zero) / self.per_radian
 
     def tilt_of(self, value: Any) -> Any:
         """Return the tilt angle α [rad] of values of the column: the inverse of :meth:`value_of`."""
@@ -285,14 +320,16 @@ class ServoMap:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Columns of a table: time, joints, then rates and accelerations of joints that are not in pulse widths."""
+        """Columns of a table: time, joints, rates and accelerations of joints in rad or deg, thrusts of their rotors."""
         derived = (
             joint.column + end
             for end in _DERIVATIVES
             for joint in self.joints
-            if joint.unit != "us"
+            if joint.has_rates
         )
-        return (self.time, *(joint.column for joint in self.joints), *derived)
+        thrusts = (joint.name + _THRUST for joint in self.joints)
+        joints = (joint.column for joint in self.joints)
+        return (self.time, *joints, *derived, *thrusts)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -533,9 +570,10 @@ def servos_of(table: Table) -> ServoMap:
 def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
     """Return a gait table in the columns of a map, which it states in ``about["servos"]``.
 
-    The table has alpha1 to alpha4. Rates and accelerations follow the joints, in their units per second and per second squared, where the table has them; pulse widths have
-    neither. Pulse widths are rounded to 0.1 µs, and ``about["angle_rounding"]`` states the error [rad]. Raises InputError if a joint is beyond its limits, unless the map clips, or if the map is for another
-    vehicle.
+    The table has alpha1 to alpha4. Where it has rates and accelerations, so have joints in radians or degrees. Where it
+    has hover thrusts, each joint has that of its rotor, as NAME_thrust [N]. Pulse widths are rounded to 0.1 µs or 1 µs,
+    and ``about["angle_rounding"]`` states the error [rad]. Raises InputError if a joint is beyond its limits, unless the
+    map clips, or if the map is for another vehicle.
     """
     vehicle = surface_of(table)[0]
     servo_map = servo_map_named(servo_map)
@@ -547,27 +585,43 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
             np.asarray(table["t"]) * _TIME_UNITS[servo_map.time_unit]
         )
     for joint in servo_map.joints:
-        values = _values(table, joint)
-        if not servo_map.clip:
-            _check_limits(servo_map, joint, values, " (or clip = true)")
-        if servo_map.clip:
-            values = np.clip(values, *joint.bounds)
-        if joint.decimals is not None:
-            values = np.clip(np.round(values, joint.decimals), *joint.bounds)
-        columns[joint.column] = values + 0.0
+        columns[joint.column] = _positions(table, joint, servo_map)
     for end, names in _DERIVATIVES.items():
-        for joint in servo_map.joints if all(name in table for name in names) else ():
-            if joint.unit != "us":
-                slope = joint.slope_at(table[ANGLES[joint.rotor - 1]])
-                columns[joint.column + end] = (
-                    slope * table[names[joint.rotor - 1]] + 0.0
-                )
+        if all(name in table for name in names):
+            columns |= _derivatives(table, end, names, servo_map)
+    if THRUSTS[0] in table:
+        for joint in servo_map.joints:
+            columns[joint.name + _THRUST] = table[THRUSTS[joint.rotor - 1]]
     about = {**table.about, "servos": servo_map.as_mapping()}
     rounding = table.rounding + max(joint.rounding for joint in servo_map.joints)
     if rounding:
         about["angle_rounding"] = rounding
     mapped = Table(columns=columns, about=about)
     return mapped if table.motion is None else mapped.with_motion(table.motion)
+
+
+def _positions(table: Table, joint: Joint, servo_map: ServoMap) -> FloatArray:
+    """Return the column of a joint, clipped and rounded as the map says; InputError beyond its limits."""
+    values = _values(table, joint)
+    if servo_map.clip:
+        values = np.clip(values, *joint.bounds)
+    else:
+        _check_limits(servo_map, joint, values, " (or clip = true)")
+    if joint.decimals is not None:
+        values = np.clip(np.round(values, joint.decimals), *joint.bounds)
+    return np.asarray(values + 0.0)
+
+
+def _derivatives(
+    table: Table, end: str, names: tuple[str, ...], servo_map: ServoMap
+) -> dict[str, FloatArray]:
+    """Return the columns of rates, or of accelerations, of the joints that have them."""
+    columns = {}
+    for joint in servo_map.joints:
+        if joint.has_rates:
+            slope = joint.slope_at(table[ANGLES[joint.rotor - 1]])
+            columns[joint.column + end] = slope * table[names[joint.rotor - 1]] + 0.0
+    return columns
 
 
 def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:
@@ -592,8 +646,8 @@ def _check_limits(
     """Raise InputError for the first value beyond a joint's limits, if there is one."""
     for k in np.flatnonzero(joint.is_beyond(values))[:1].tolist():
         (low, high), unit = joint.bounds, _UNITS[joint.unit][1]
-        wanted = f"joint {joint.name!r} must be between {low:.6g} and {high:.6g} {unit}{remedy}"
-        got = f"{values[k]:.6g} {unit} (rotor {joint.rotor} at {np.degrees(joint.tilt_of(values[k])):.4g}°)"
+        wanted = f"joint {joint.name!r} must be between {low:.6g} and {high:.6g}{unit}{remedy}"
+        got = f"{values[k]:.6g}{unit} (rotor {joint.rotor} at {np.degrees(joint.tilt_of(values[k])):.4g}°)"
         raise InputError(f"servos {servo_map.name!r}: row {k + 1}: {wanted}, got {got}")
 
 
@@ -630,9 +684,7 @@ def tilts_from_joints(
         near = (beyond > 0) & (beyond < 1e-12 + joint.rounding)
         found[name] = np.where(near, np.copysign(HALF_PI, tilt), tilt)
     for end, names in _DERIVATIVES.items():
-        if all(
-            joint.unit != "us" and joint.column + end in columns for joint in by_rotor
-        ):
+        if all(joint.has_rates and joint.column + end in columns for joint in by_rotor):
             for name, angle, joint in zip(names, ANGLES, by_rotor, strict=True):
                 values = np.asarray(columns[joint.column + end], dtype=float)
                 found[name] = values / joint.slope_at(found[angle]) + 0.0

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         unchecked_table as unchecked_table,
         write_tables as write_tables,
     )
+    from gaitgraph.optimization.retargeting import retarget as retarget
     from gaitgraph.plots.flights import write_flight as write_flight
     from gaitgraph.plots.gaits import html_of as html_of, plot as plot
     from gaitgraph.plots.vehicles import write_films as write_films
@@ -54,6 +55,7 @@ else:
                 "unchecked_table",
                 "write_tables",
             ],
+            "gaitgraph.optimization.retargeting": ["retarget"],
             "gaitgraph.plots.flights": ["write_flight"],
             "gaitgraph.plots.gaits": ["html_of", "plot"],
             "gaitgraph.plots.vehicles": ["write_films"],

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitgraph import later
 from gaitgraph.angles import whole_number
-from gaitgraph.errors import Infeasible
+from gaitgraph.errors import Advice, Infeasible
 from gaitgraph.gait.table import check_repeats
+from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.planning.transitions import transition
 from gaitgraph.timing.joining import HOVER, JoinedPath, Turns, played, run_up
-from gaitgraph.timing.timed_gait import TimedPath
+from gaitgraph.timing.timed_gait import TimedPath, checked_clock
 from gaitgraph.validation.report import broken_rules
 
 if TYPE_CHECKING:
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.surface.sheets import Sign
     from gaitgraph.timing.joining import RunUp
     from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
@@ -33,6 +37,7 @@ def mission(
     gait: GaitLike,
     *,
     periods: int = 2,
+    rate: float | None = None,
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
     anyway: bool = False,
@@ -45,6 +50,9 @@ def mission(
         A gait in any form, see :func:`gaitgraph.gait.given.given_gait`, with the timing that it states.
     periods
         How often it is run, 1 to 10,000. There is a second in hover before and after.
+    rate
+        Rows of its table in a second [Hz]; the last hover lasts until a whole number of frames is full. By default as
+        dense as those of the gait.
     vehicle, coefficients
         Replace those of the gait.
     anyway
@@ -60,7 +68,8 @@ def mission(
     Raises
     ------
     Infeasible
-        If no flyable path leads from hover to the gait, with the reason.
+        If no flyable path leads from hover to the gait, with the reason, and how far away the nearest gait is to which
+        one leads.
     InputError
         If the gait is run once, or `periods` is out of range.
 
@@ -89,8 +98,12 @@ def mission(
     ]
     known = [section for section in sections if section is not None]
     whole = sum(section.period for section in known)
-    samples = round(timed.samples * whole / timed.period)
-    return JoinedPath.of(known, samples)
+    if rate is None:
+        return JoinedPath.of(known, round(timed.samples * whole / timed.period))
+    frames = checked_clock(whole, law, rate=rate)
+    pause = _PAUSE + frames / rate - whole
+    known[-1] = _path(timed.gait, np.zeros((1, 4)), law, pause)
+    return JoinedPath.of(known, frames)
 
 
 def _entry(timed: TimedGait, *, anyway: bool) -> tuple[FloatArray, LawName, float]:
@@ -111,8 +124,27 @@ def _entry(timed: TimedGait, *, anyway: bool) -> tuple[FloatArray, LawName, floa
         reason = f"off the surfaces it is straight, and {forbidden[0]}"
         if around.check().valid:
             reason = str(found.reason)
-        raise Infeasible(f"no flyable path from hover: {reason}")
+        raise _unreachable(around, reason)
     return line, found.law, seconds
+
+
+def _unreachable(gait: Gait, reason: str) -> Infeasible:
+    """Return the refusal of a gait that hover does not reach, with the nearest gait that it reaches, if there is one."""
+    message = f"no flyable path from hover: {reason}"
+    at_hover = float(level_determinant(np.zeros(4), gait.coefficients))
+    sign: Sign = "positive" if at_hover > 0 else "negative"
+    nearest = later.retarget(gait, sign=sign)
+    after = nearest.after
+    if after is None or not (after.flyable and after.reachable_from_hover):
+        return Infeasible(message)
+    farthest = math.degrees(nearest.largest[0])
+    return Infeasible(
+        f"{message}. Hover reaches a gait whose rows are up to {farthest:.3g}° away",
+        advice=Advice(
+            f'gg.retarget(gait, sign="{sign}") finds it',
+            f"gaitgraph retarget --sign {sign} writes it",
+        ),
+    )
 
 
 def _path(like: Gait, line: FloatArray, law: LawName, seconds: float) -> TimedPath:

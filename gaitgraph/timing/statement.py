@@ -23,6 +23,7 @@ from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
     RATES,
+    THRUSTS,
     Table,
     colors_of,
     even_times,
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 _MADE_FROM = ("corners", "sections")
 _STATED = (*_MADE_FROM, "rounding", "law", "period", "samples", "made_by", "request")
 _DERIVATIVES = (*RATES, *ACCELERATIONS)
-_COMPUTED = ("color", "types", "R", *_DERIVATIVES)
+_COMPUTED = ("color", "types", "R", *_DERIVATIVES, *THRUSTS)
 _ROUND_OFF = 1e-11  # of a motion computed again, as a share of its largest value
 
 
@@ -60,7 +61,7 @@ def checked(table: Table, name: object = None) -> Table:
     if difference:
         dropped = _COMPUTED if "alpha3" in table else _DERIVATIVES
         consequence = (
-            "what the file states of its motion is not used, and color, types, R, rates and accelerations are those of "
+            "what the file states of its motion is not used, and color, types, R, rates, accelerations and thrusts are those of "
             "the rows"
         )
         about = {key: one for key, one in table.about.items() if key not in _STATED}

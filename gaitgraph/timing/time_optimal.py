@@ -185,7 +185,8 @@ def least_period(
         the law rests at every corner, except for a gait that only turns back on its line. Where resting is quicker, as
         it can be with tiny blends, the law rests, and a note says so.
     samples, rate
-        Of tables, as for :meth:`gaitgraph.gait.gait.Gait.parametrize`.
+        Of tables, as for :meth:`gaitgraph.gait.gait.Gait.parametrize`. With a rate [Hz] the period of the law is the
+        least one that is a whole number of frames.
     nodes, progress
         Nodes along a curve, 1000 by default, 300 under a jerk limit, at least eight on each of its pieces; and a
         function called with lines of text, since a jerk limit may take a minute.
@@ -208,8 +209,11 @@ def least_period(
     answer = _least(_routes(path, limits, rounding), nodes, progress)
     if answer.timed is None:
         return answer
-    count = checked_clock(answer.timed.period, "smooth", samples=samples, rate=rate)
-    return replace(answer, timed=replace(answer.timed, samples=count))
+    timed = answer.timed
+    count = checked_clock(timed.period, "smooth", samples=samples, rate=rate)
+    if rate is not None:
+        timed = timed.with_period(count / rate)
+    return replace(answer, timed=replace(timed, samples=count))
 
 
 def paced(

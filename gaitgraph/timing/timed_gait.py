@@ -24,6 +24,7 @@ from gaitgraph.gait.table import (
     RATE_UNITS,
     RATES,
     Table,
+    hover_thrust_columns,
 )
 from gaitgraph.invertibility.matrices import level_determinant, mean_hover_powers
 from gaitgraph.pictured import Pictured
@@ -237,7 +238,7 @@ class TimedGait(Pictured):
 
     @property
     def columns(self) -> dict[str, Any]:
-        """The gait table: t, angles, color, types, R, rates, accelerations, in this order.
+        """The gait table: t, angles, color, types, R, rates, accelerations, hover thrusts, in this order.
 
         Off the surfaces there are no color and types. R is computed with the gait's own coefficients.
         """
@@ -264,6 +265,7 @@ class TimedGait(Pictured):
         columns |= zip(
             (*RATES, *ACCELERATIONS), (*rates.T, *accelerations.T), strict=True
         )
+        columns |= hover_thrust_columns(angles, gait.vehicle)
         # Adding zero turns negative zeros into zeros.
         return read_only_columns(
             {
