@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 import subprocess
 from dataclasses import dataclass, replace
 from math import inf, nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -357,3 +358,94 @@ def test_what_a_header_cannot_hold_is_refused(tmp_path: Path) -> None:
         with pytest.raises(gg.InputError, match=message):
             write_tables(table, [tmp_path / "g.h"])
     assert not list(tmp_path.iterdir())
+
+
+FLIGHT_DRIVER = """
+#include <stdio.h>
+#include "flight.h"
+int main(void)
+{
+    double t, asked;
+    while (scanf("%lf %lf", &t, &asked) == 2) {
+        float whole[4], alpha[4];
+        flight_at((float)t, whole);
+        flight_flight_at((float)t, (float)asked, alpha);
+        printf("%.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g\\n", (double)whole[0], (double)whole[1], (double)whole[2],
+               (double)whole[3], (double)alpha[0], (double)alpha[1], (double)alpha[2], (double)alpha[3]);
+    }
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("law", ["smooth", "equal-time", "paced"])
+def test_a_mission_starts_runs_and_stops_at_the_first_join(
+    law: str, tmp_path: Path
+) -> None:
+    gait = lift([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)], "red")
+    motion: Any = gg.least_period(
+        gait, gg.Limits(rate=6, acceleration=150), rate=200
+    ).timed
+    if law != "paced":
+        motion = gait.parametrize(2.0, samples=400, law=law)  # type: ignore[arg-type]
+    error = 4e-3 if law == "equal-time" else 2e-4  # its corners between rows are cut
+    flight = gg.mission(motion, periods=3)
+    write_tables(table_of(flight), [tmp_path / "flight.h"])
+    compiler = shutil.which("gcc") or shutil.which("clang")
+    if compiler is None:
+        pytest.skip("install gcc or clang")
+    source, program = tmp_path / "main.c", tmp_path / "main"
+    source.write_text(FLIGHT_DRIVER)
+    command = [compiler, "-std=c99", *WARNINGS, *TRAPS, str(source), "-o", str(program)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+    def at(times: FloatArray, asked: float) -> tuple[FloatArray, FloatArray]:
+        given = "".join(f"{t!r} {asked!r}\n" for t in times.tolist())
+        out = subprocess.run(
+            [program], input=given, capture_output=True, text=True, check=True
+        ).stdout
+        values = np.array([line.split() for line in out.splitlines()], dtype=float)
+        return values[:, :4], values[:, 4:]
+
+    begins = dict(
+        zip(
+            flight.course.phases,
+            (at for at, _, _ in flight.course.sections),
+            strict=True,
+        )
+    )
+    times = np.linspace(-1.0, flight.period + 1.0, 2001)
+    whole, on = at(times, -1.0)
+    assert whole == pytest.approx(flight.at(times).alpha, abs=error)
+    # Nobody asks for a stop: the gait repeats.
+    start = begins["gait"] - 1.0
+    runs = times > start
+    assert on[runs] == pytest.approx(motion.at(times[runs] - start).alpha, abs=error)
+    rate = float(np.max(flight.peaks(1)))
+    for asked in (
+        0.0,
+        0.3 * start,
+        start + 0.4 * motion.period,
+        start + 1.01 * motion.period,
+    ):
+        _, found = at(times, asked)
+        turns = max(0, math.ceil((asked - start) / motion.period))
+        # It is the flight with so many periods: before its join and after it.
+        ends = start + turns * motion.period
+        before = times <= ends
+        assert found[before] == pytest.approx(on[before], abs=2e-6)
+        later = times[~before] - ends + begins["gait"] + 3 * motion.period
+        assert found[~before] == pytest.approx(flight.at(later).alpha, abs=error)
+        steps = np.abs(np.diff(found, axis=0)).max()
+        assert steps <= rate * (times[1] - times[0]) * 1.03 + 2e-6
+        assert not found[-1].any() or ends > times[-1] - 3.0
+
+
+def test_an_edited_mission_is_written_as_its_rows(tmp_path: Path) -> None:
+    flight = table_of(gg.mission("gait4"))
+    edited = Table(columns=flight.columns, about=flight.about)
+    write_tables(edited, [tmp_path / "flight.h"])
+    text = (tmp_path / "flight.h").read_text()
+    assert "static inline void flight_at(float t, float alpha[4])" in text
+    assert "flight_stop_at" not in text

@@ -731,6 +731,7 @@ def test_texts_of_a_csv_are_read_whole(tmp_path: Path) -> None:
 @pytest.mark.parametrize("preset", ["paper", "beetle_omni", "beetle_art"])
 def test_thrusts_of_each_row_carry_the_weight_without_moment(preset: Any) -> None:
     vehicle = vehicle_named(preset)
+    assert vehicle.mass is not None
     gait = gg.lift([(-0.4, 0.4), (-0.4, 0.9), (-0.9, 0.9)], "red", vehicle=vehicle)
     table = gg.timing.table_of(gait.parametrize(samples=12))
     thrusts = np.column_stack([table[f"thrust{k}"] for k in (1, 2, 3, 4)])

@@ -2,16 +2,18 @@
 
 The header has a table of the angles as floats, and a function that returns them at any time: before 0, after many
 periods, not a number. It is C99 and C++11, needs only <stdint.h>, and allocates nothing. Its first comment states what
-made it. There is a template for rows that are joined by straight lines and one for cubics.
+made it. There is a template for rows that are joined by straight lines and one for cubics, one for the header around
+them, and one for that of a mission: functions that start, run and stop a gait, and one that flies them.
 """
 
 from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,12 +26,18 @@ from gaitgraph.gait.table import (
     provenance_text,
 )
 from gaitgraph.io.ros import check_rows
-from gaitgraph.io.servo_map import servos_of, tilts_from_joints
+from gaitgraph.io.servo_map import mapped_table, servos_of, tilts_from_joints
+from gaitgraph.timing.joining import JoinedPath, Turns
+from gaitgraph.timing.timed_gait import table_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.timing.timed_gait import TimedGait
+    from gaitgraph.io.servo_map import ServoMap
+    from gaitgraph.timing.joining import RunUp
+    from gaitgraph.timing.timed_gait import TimedGait, TimedPath
 
 
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
@@ -38,6 +46,13 @@ _REPEATS = (
     "It repeats for ever; a float has 7 digits, so let t stay within some periods of 0."
 )
 _RESTS = "Before it and after it the angles are those of its ends."
+_STRAIGHT = (
+    "Between rows the angles change evenly; corners of the gait between rows are cut."
+)
+_CUBIC = (
+    "Between rows it is a cubic by angles and rates, off the gait by {off} rad, and rounding.\n"
+    " * Its rates reach {rate:.4g} rad/s, its accelerations {acceleration:.4g} rad/s^2, between rows too."
+)
 # Of a table alone: accelerations within ±d of a straight line between rows put a cubic off by at most step²/16·d, and
 # where they jump, d is half the largest second difference of the rows' accelerations.
 _CUBIC_SHARE = 32.0
@@ -46,45 +61,157 @@ _CUBIC_SHARE = 32.0
 def write_h(table: Table, path: Path) -> None:
     """Write a new C header.
 
-    Rows are joined by cubics where the table says so and has no linkage, else by straight lines.
+    Rows are joined by cubics where the table says so and has no linkage, else by straight lines. A mission becomes the
+    functions of :func:`_pieces_of`, each over rows of its own, and one that flies them.
     """
     check_rows(table, _MOST_ROWS + 1, "a C header")
     servos = servos_of(table)
+    name = _c_name(path.stem)
+    motion = table.motion
+    pieces = {name: table}
+    words: dict[str, Any] = {}
+    if isinstance(motion, JoinedPath) and motion.phases:
+        pieces = {
+            f"{name}_{part}": one for part, one in _pieces_of(table, motion).items()
+        }
+        words = _words_of_mission(motion)
+    made = [_piece_of(piece, servos, its_name) for its_name, piece in pieces.items()]
+    words |= {
+        "file": _harmless(path.name),
+        "provenance": _harmless(provenance_text(table)),
+        "name": name,
+        "NAME": name.upper(),
+        "joints": _harmless(json.dumps(servos.joint_names)),
+        "rotors": ", ".join(str(joint.rotor) for joint in servos.joints),
+        "pieces": "\n".join(piece.code for piece in made),
+        "between": _between([piece.quality for piece in made]),
+    }
+    if len(made) == 1:
+        words |= made[0].words
+    kind = "gait" if len(made) == 1 else "mission"
+    path.write_text(_filled(kind, words), encoding="utf-8")
+
+
+def _filled(kind: str, words: dict[str, Any]) -> str:
+    """Return one of the templates beside this file, filled."""
+    template = Path(__file__).with_name(f"{kind}.h.txt")
+    return Template(template.read_text(encoding="ascii")).substitute(words)
+
+
+def _pieces_of(table: Table, motion: JoinedPath) -> dict[str, Table]:
+    """Return the tables of the parts of a mission, as dense as that of the whole, in the columns of its map.
+
+    They are `start`, from hover to the first row of the gait, `run`, one period, and `stop`, from there to hover.
+    """
+    step = motion.period / motion.samples
+    sections = motion.sections
+    turns = _turns_of(motion)
+    gait = sections.index(turns)
+
+    def samples(period: float) -> int:
+        return max(1, round(period / step))
+
+    def path(parts: Sequence[TimedPath | RunUp]) -> JoinedPath:
+        return JoinedPath.of(parts, samples(sum(part.period for part in parts)))
+
+    parts = {
+        "start": path(sections[1:gait]),
+        "run": replace(turns.motion, samples=samples(turns.motion.period)),
+        "stop": path(sections[gait + 1 : -1]),
+    }
+    pieces = {name: table_of(part) for name, part in parts.items()}
+    if "servos" not in table.about:
+        return pieces
+    return {name: mapped_table(one, servos_of(table)) for name, one in pieces.items()}
+
+
+def _turns_of(motion: JoinedPath) -> Turns:
+    """Return the periods of the gait in a mission."""
+    return next(section for section in motion.sections if isinstance(section, Turns))
+
+
+def _words_of_mission(motion: JoinedPath) -> dict[str, str]:
+    """Return what the template of missions has beside its pieces."""
+    turns = _turns_of(motion)
+    pause = motion.sections[0].period
+    begins = dict(motion.phases)["gait"] - pause
+    asked = begins + (turns.periods - 0.5) * turns.motion.period
+    return {
+        "seconds": f"{motion.period:g}",
+        "periods": str(turns.periods),
+        "pause": _literal(pause),
+        "asked": _literal(asked),
+    }
+
+
+class _Quality(NamedTuple):
+    """How far cubics are off the gait between rows [rad], as a text; their largest rate and acceleration."""
+
+    off: float
+    is_proven: bool
+    rate: float
+    acceleration: float
+
+
+class _Piece(NamedTuple):
+    """The code of one table and its function, words for the comment, and the quality of its cubics, if it has some."""
+
+    code: str
+    words: dict[str, Any]
+    quality: _Quality | None
+
+
+def _piece_of(table: Table, servos: ServoMap, name: str) -> _Piece:
+    """Return the table of a motion in C, and the function that joins its rows."""
     times = table["t"] - table["t"][0]
     angles = table.alpha
     closed = is_closed(angles) and table.repeats
-    # With a linkage the rates of joints jump between rows.
-    is_linked = any(joint.linkage is not None for joint in servos.joints)
-    cubic = table.joined_by_cubics and not is_linked
+    cubic = table.joined_by_cubics and not _rates_jump(table, servos)
     if len(times) == 1:  # a gait that is a point, once more
         times = np.array([0.0, 1.0])
         angles = np.vstack([angles, angles])
         closed = True
     _check_even(times)
     rows = len(times) - closed  # a closed table without its last row
-    name = _c_name(path.stem)
     words = {
-        "file": _harmless(path.name),
         "motion": "over its period" if closed else "a path",
         "ends": _REPEATS if closed else _RESTS,
-        "provenance": _harmless(provenance_text(table)),
+        "seconds": f"{times[-1]:g}",
         "name": name,
         "NAME": name.upper(),
-        "joints": _harmless(json.dumps(servos.joint_names)),
-        "rotors": ", ".join(str(joint.rotor) for joint in servos.joints),
-        "seconds": f"{times[-1]:g}",
         "period": _literal(times[-1]),
         "rows": rows,
         "intervals": len(times) - 1,
         "repeats": int(closed),
         "angle": _rows_of(angles[:rows]),
     }
-    if cubic:
-        words |= _words_of_cubics(table, times, rows)
-    kind = "cubic" if cubic else "straight"
-    template = Path(__file__).with_name(f"{kind}_gait.h.txt")
-    text = Template(template.read_text(encoding="ascii")).substitute(words)
-    path.write_text(text, encoding="utf-8")
+    if not cubic:
+        return _Piece(_filled("straight", words), words, None)
+    rates = np.column_stack([table[name] for name in RATES])
+    words["rate_rows"] = _rows_of(rates[:rows])
+    words["step"] = _literal(times[-1] / (len(times) - 1))
+    return _Piece(_filled("cubic", words), words, _quality_of(table, times, rates))
+
+
+def _rates_jump(table: Table, servos: ServoMap) -> bool:
+    """Return whether rates jump between rows: of joints with a linkage, and where a law turns at full speed."""
+    if any(joint.linkage is not None for joint in servos.joints):
+        return True
+    return table.motion is not None and not np.isfinite(table.motion.peaks(2)).all()
+
+
+def _between(qualities: list[_Quality | None]) -> str:
+    """Return the lines of the comment that say what happens between rows, of the worst of some pieces."""
+    cubics = [quality for quality in qualities if quality is not None]
+    if len(cubics) < len(qualities):
+        return _STRAIGHT
+    off = max(quality.off for quality in cubics)
+    about = f"about {off:.1e}"
+    if all(quality.is_proven for quality in cubics):
+        about = f"at most {1.06 * off:.1e}"  # not less, to two digits
+    rate = max(quality.rate for quality in cubics)
+    acceleration = max(quality.acceleration for quality in cubics)
+    return _CUBIC.format(off=about, rate=rate, acceleration=acceleration)
 
 
 def _check_even(times: FloatArray) -> None:
@@ -120,30 +247,20 @@ def _rows_of(values: FloatArray) -> str:
     return "\n".join(f"    {{{row}}}," for row in rows)
 
 
-def _words_of_cubics(table: Table, times: FloatArray, rows: int) -> dict[str, Any]:
-    """Return what the template of cubics has beside the angles: rates, peaks, and how far they are off the gait."""
-    rates = np.column_stack([table[name] for name in RATES])
+def _quality_of(table: Table, times: FloatArray, rates: FloatArray) -> _Quality:
+    """Return how far the cubics through a table's rows are off the gait, and their peaks."""
     longest = float(np.diff(times).max())
     if table.motion is not None:
-        bound = _proven_error(table, table.motion, longest)
-        off = f"at most {1.06 * bound:.1e}"  # not less, to two digits
+        off = _proven_error(table, table.motion, longest)
     else:
         changes = np.diff(accelerations_of(table), 2, axis=0)
-        estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / _CUBIC_SHARE
-        off = f"about {estimate:.1e}"
-    step = times[-1] / (len(times) - 1)
+        off = longest**2 * float(np.abs(changes).max(initial=0.0)) / _CUBIC_SHARE
     rate, acceleration = cubic_peaks(
         table.alpha.astype(np.float32).astype(float),
         rates.astype(np.float32).astype(float),
-        step,
+        times[-1] / (len(times) - 1),
     )
-    return {
-        "rate_rows": _rows_of(rates[:rows]),
-        "off": off,
-        "rate": f"{rate:.4g}",
-        "acceleration": f"{acceleration:.4g}",
-        "step": _literal(step),
-    }
+    return _Quality(off, table.motion is not None, rate, acceleration)
 
 
 def cubic_peaks(
