@@ -760,7 +760,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         study,
         {"gaits": ["gait5"]},
-        "gait 1: file must be gait1, gait2, gait3, gait4 or the name of a file, got 'gait5'",
+        "gait 1: gait file must have one of the suffixes …, got 'gait5'",
     ),
     (
         study,
@@ -770,7 +770,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         study,
         {"gaits": [{"file": 3}]},
-        "gait 1: name and file must be texts, got '3' and 3",
+        "gait 1: gait file must have one of the suffixes …, got '3'",
     ),
     (
         study,
@@ -814,7 +814,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         study,
         {"anyway": "yes"},
-        "name must be a text and anyway true or false, got 'small' and 'yes'",
+        "anyway must be true or false, got 'yes'",
     ),
     (
         study,

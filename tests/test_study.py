@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
-import logging
 import os
 import pickle
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
-from html import unescape
 from pathlib import Path
 from time import sleep
 from typing import Any
@@ -23,14 +19,14 @@ import pyarrow as pa
 import pyarrow.parquet
 import pytest
 
+import gaitgraph as gg
 from gaitgraph.certificates import check
-from gaitgraph.errors import FileProblem, InputError, OutputExists
+from gaitgraph.errors import FileProblem, Infeasible, InputError, OutputExists
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.study import running
 from gaitgraph.study.design import (
     FLIGHT,
-    Study,
     columns_of,
     read_study,
     study_from_mapping,
@@ -106,7 +102,7 @@ def test_a_grid_has_every_combination_once_the_pitch_fastest() -> None:
     assert [number for batch in study.batches for number in batch] == list(
         range(len(study))
     )
-    assert (study.batch, len(study.batches)) == (4, 56)
+    assert (len(study.batches[0]), len(study.batches)) == (4, 56)
 
 
 def test_a_case_of_a_random_sample_depends_on_the_seed_and_its_number_alone() -> None:
@@ -165,7 +161,7 @@ def test_a_study_is_known_by_its_content() -> None:
     }
     study = study_from_mapping(asked)
     assert study_from_mapping(asked).fingerprint == study.fingerprint
-    assert study.as_mapping()["sample"] == {"kind": "grid"}
+    assert study.as_mapping()["sample"] == "grid"
     assert (
         study_from_mapping(asked | {"name": "other"}).fingerprint != study.fingerprint
     )
@@ -221,35 +217,11 @@ def test_a_file_that_is_no_study_is_named(tmp_path: Path) -> None:
             read_study(path)
 
 
-def test_large_studies_need_yes_and_the_examples_do_not(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("dask", reason="install the extra 'study'")
-    monkeypatch.setattr("dask.system.CPU_COUNT", 4)
+def test_the_examples_are_flown_in_minutes() -> None:
     for path in EXAMPLES:
         study = read_study(path)
         assert len(study) <= 10_000
-        assert study.seconds <= 3600.0
-    asked = SMALL | {"periods": {"from": 1, "to": 2, "count": 1251}}
-    with pytest.raises(
-        InputError,
-        match=r"study 'small' has 10,008 flights, about 0:01:\d\d on 4 workers; to",
-    ):
-        run_study(asked, tmp_path / "many")
-    asked = SMALL | {
-        "periods": {"from": 1, "to": 2, "count": 150},
-        "flight": {"duration": 80.0},
-    }
-    with pytest.raises(
-        InputError,
-        match="1,200 flights, about 1:20:00 on 1 worker; to fly more than 10,000 or",
-    ):
-        run_study(asked, tmp_path / "long", workers=1)
-    with pytest.raises(
-        InputError,
-        match="1,200 flights, about 1:20:00 on 1 worker; to fly more than 10,000 or for",
-    ):
-        run_study(asked, tmp_path / "long", scheduler="tcp://127.0.0.1:9")
+        assert study.seconds <= 600.0
 
 
 def test_rows_state_the_gait_and_the_flight(small: StudyRun) -> None:
@@ -272,7 +244,6 @@ def test_rows_state_the_gait_and_the_flight(small: StudyRun) -> None:
         "no gait": 0,
         "failed": 0,
     }
-    assert small.reasons[0][::2] == ("refused", 4)
 
 
 def test_a_case_that_fails_is_a_row_with_its_reason(
@@ -330,13 +301,9 @@ def test_a_row_is_the_flight_of_its_case() -> None:
         timed, attitude=(0.3, -0.1), settings=FlightSettings(duration=0.6), anyway=True
     )
     assert row["gait_tilt_rate"] == timed.peak_rates.max()
-    assert {name: row[name] for name in FLIGHT} == {
+    assert {name: row.get(name) for name in FLIGHT} == {
         name: flight.as_mapping()[name] for name in FLIGHT
     }
-    with pytest.raises(
-        InputError, match=r"workers must have mujoco 1\.0, as this process has, got "
-    ):
-        flown_batch([0], study, versions() | {"mujoco": "1.0"})
 
 
 def test_each_flyable_gait_has_a_certificate(small: StudyRun, tmp_path: Path) -> None:
@@ -348,12 +315,12 @@ def test_each_flyable_gait_has_a_certificate(small: StudyRun, tmp_path: Path) ->
         tmp_path / "none",
         workers=0,
     )
-    assert not (none.folder / "certificates").exists()
-    ((gait, vehicle, why),) = none.uncertified
-    assert (gait, vehicle) == ("gait1", "paper")
-    assert f"no certificate of gait1 for paper: {why}" in str(none)
-    assert why in unescape((none.folder / "summary.html").read_text())
-    assert none.as_mapping()["uncertified"][0]["reason"] == why
+    assert not list((none.folder / "certificates").iterdir())
+    (row,) = none.table.to_pylist()
+    with pytest.raises(Infeasible) as error:
+        gg.certify("gait1")
+    assert row["uncertified"] == str(error.value)
+    assert set(small.table["uncertified"].to_pylist()[4:]) == {""}
 
 
 def test_units_and_what_made_them_are_in_the_file(small: StudyRun) -> None:
@@ -380,7 +347,6 @@ def test_what_is_there_is_kept_and_the_rest_is_flown(
     shutil.copytree(small.folder, folder)
     for number in (0, 5, 7):
         (folder / "rows" / f"part-{number:05d}.parquet").unlink()
-    (folder / "summary.html").unlink()
     words: list[str] = []
     run = run_study(SMALL, folder, workers=0, progress=words.append)
     assert run.flown == 3
@@ -388,76 +354,16 @@ def test_what_is_there_is_kept_and_the_rest_is_flown(
     assert [word.split(",")[0] for word in words if "of 8" in word] == [
         f"{k} of 8 cases" for k in range(5, 9)
     ]
-    assert re.fullmatch(r"7 of 8 cases, about 0:00:\d\d left", words[-3])
-
-    def remove(words: str) -> None:
-        if words.startswith("8 of"):
-            (folder / "rows" / "part-00002.parquet").unlink()
-
+    assert re.fullmatch(r"7 of 8 cases, about 0:00:\d\d left", words[-2])
+    part = folder / "rows" / "part-00002.parquet"
+    part.write_bytes(part.read_bytes()[:500])
     with pytest.raises(
-        FileProblem, match="a part was removed while the study ran; run it again"
+        FileProblem, match=r"rows cannot be read: .*part-00002.*; delete the part and"
     ):
-        run_study(SMALL, folder, workers=0, progress=remove)
+        run_study(SMALL, folder, workers=0)
+    part.unlink()
     assert run_study(SMALL, folder, workers=0).flown == 1
-
-
-@pytest.mark.parametrize(
-    "harm",
-    [
-        "cut",
-        "flipped",
-        "other cases",
-        "another name",
-        "another study",
-        "another program",
-    ],
-)
-def test_a_part_that_is_none_is_named_and_nothing_is_flown(
-    small: StudyRun, tmp_path: Path, harm: str
-) -> None:
-    folder = tmp_path / "harmed"
-    shutil.copytree(small.folder, folder)
-    rows = folder / "rows"
-    part = rows / "part-00003.parquet"
-    content = part.read_bytes()
-    at = content.index(b"refused before") + 40
-    table = pa.parquet.read_table(part)
-    about = {b"gaitgraph": b'{"fingerprint": "0"}'}
-    harms: dict[str, Any] = {
-        "cut": lambda: part.write_bytes(content[: len(content) // 2]),
-        "flipped": lambda: part.write_bytes(
-            content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
-        ),
-        "other cases": lambda: shutil.copy(rows / "part-00004.parquet", part),
-        "another name": lambda: shutil.copy(part, rows / "part-00008.parquet"),
-        "another study": lambda: pa.parquet.write_table(
-            table.replace_schema_metadata(about), part
-        ),
-        "another program": lambda: pa.parquet.write_table(
-            table.replace_schema_metadata({b"gaitgraph": b"{"}), part
-        ),
-    }
-    harms[harm]()
-    before = contents(folder)
-    with pytest.raises(
-        OutputExists,
-        match=r"part-0000[38]\.parquet' is not a complete part of this study \(.*\); m",
-    ):
-        run_study(SMALL, folder, workers=0)
-    assert contents(folder) == before
-
-
-def test_an_error_of_our_own_code_is_not_called_an_incomplete_part(
-    small: StudyRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def wrong(*_: object) -> None:
-        raise KeyError("ours")
-
-    folder = tmp_path / "whole"
-    shutil.copytree(small.folder, folder)
-    monkeypatch.setattr("gaitgraph.study.running.json.loads", wrong)
-    with pytest.raises(KeyError, match="ours"):
-        run_study(SMALL, folder, workers=0)
+    assert contents(folder) == contents(small.folder)
 
 
 def test_a_folder_of_something_else_is_refused(small: StudyRun, tmp_path: Path) -> None:
@@ -470,68 +376,17 @@ def test_a_folder_of_something_else_is_refused(small: StudyRun, tmp_path: Path) 
             run_study(asked, folder, workers=0)
         assert contents(tmp_path) == before
 
-    refused(
-        SMALL | {"periods": 2.0},
-        small.folder,
-        r"study\.json has another fingerprint, study",
-    )
+    refused(SMALL | {"periods": 2.0}, small.folder, "of another study or other ver")
     (tmp_path / "pictures").mkdir()
     (tmp_path / "pictures" / "a.png").write_bytes(b"x")
-    refused(SMALL, tmp_path / "pictures", "pictures' with files")
-    refused(SMALL, tmp_path / "pictures" / "a.png", "Not a directory")
+    refused(SMALL, tmp_path / "pictures", "pictures' with other files")
+    refused(SMALL, tmp_path / "pictures" / "a.png", "File exists")
     refused(SMALL, tmp_path / "none" / "deep", "No such file")
     old = tmp_path / "old"
     shutil.copytree(small.folder, old)
-    for text, message in (
-        ("[]", "another format, versions, fingerprint, cases, batch, study"),
-        (
-            (old / "study.json").read_text().replace(versions()["mujoco"], "3.2.0"),
-            "another versions",
-        ),
-        ("{", "Expecting property name"),
-        ("3", "not iterable"),
-    ):
-        (old / "study.json").write_text(text)
-        refused(SMALL, old, message)
-
-
-def test_two_at_once_are_refused(small: StudyRun) -> None:
-    with (small.folder / "study.json").open("rb") as stream:
-        fcntl.flock(stream, fcntl.LOCK_EX)
-        with pytest.raises(
-            OutputExists,
-            match=r"another process writes to '.*small'; run one at a time",
-        ):
-            run_study(SMALL, small.folder, workers=0)
-
-
-def test_the_page_loads_nothing_and_shows_names_as_they_are(tmp_path: Path) -> None:
-    asked = {
-        "name": "<b>$x$ & y</b>",
-        "gaits": [
-            "gait4",
-            {
-                "waypoints": [[0.1, 0.1], [1.2, -1.2]],
-                "color": "red",
-                "name": "$torn_{$ <i>",
-            },
-        ],
-        "attitudes": {"roll": [0.1, 0.3]},
-        "flight": {"duration": 0.6},
-    }
-    run_study(asked, tmp_path / "page", workers=0)
-    page = (tmp_path / "page" / "summary.html").read_text()
-    assert "<h1>&lt;b&gt;$x$ &amp; y&lt;/b&gt;</h1>" in page
-    assert "<b>$x$" not in page
-    assert (
-        "<tr><td>$torn_{$ &lt;i&gt;</td><td>2</td><td>0</td><td>0</td><td>0</td><td>2</td><td>0</td></tr>"
-        in page
-    )
-    assert (
-        "<tr><td>gait4</td><td>2</td><td>2</td><td>0</td><td>0</td><td>0</td><td>0</td></tr>"
-        in page
-    )
-    assert not re.search(r"<script|<link|<img|@import|https?:", page)
+    text = (old / "study.json").read_text()
+    (old / "study.json").write_text(text.replace(versions()["mujoco"], "3.2.0"))
+    refused(SMALL, old, "other versions")
 
 
 def test_the_command_counts_flies_and_reports(run: Any, tmp_path: Path) -> None:
@@ -547,9 +402,11 @@ def test_the_command_counts_flies_and_reports(run: Any, tmp_path: Path) -> None:
     assert not (tmp_path / "s").exists()
     done = run("study", "s.toml", "--workers", 0)
     assert (done.code, done.err) == (0, "")
-    assert done.out.startswith(
-        "Study s: 2 cases\n  settled      1\n  refused      1\n  1 × refused: refused before"
-    )
+    assert done.out.splitlines()[:3] == [
+        "Study s: 2 cases",
+        "  settled      1",
+        "  refused      1",
+    ]
     again = run("study", "s.toml", "--workers", 0, "--json").json
     assert (again["flown"], again["kept"], again["settled"]) == (0, 2, 1)
     for arguments, message in (
@@ -590,25 +447,17 @@ def test_an_interrupt_ends_the_study_in_order(
     assert run("study", "s.toml", "--workers", 0, "--json").json["flown"] == 2
 
 
-def test_a_scheduler_that_does_not_answer_is_one_line(
-    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("distributed", reason="install distributed")
-    monkeypatch.setattr(running, "_PATIENCE", 0.5)
+def test_a_scheduler_that_does_not_answer_is_one_line(run: Any, tmp_path: Path) -> None:
+    dask = pytest.importorskip("dask", reason="install the extra 'study'")
     (tmp_path / "s.toml").write_text("gaits = ['gait3']\n")
-    with socket.create_server(("127.0.0.1", 0)) as silent:
-        for address in (
-            f"tcp://127.0.0.1:{silent.getsockname()[1]}",
-            "tcp://127.0.0.1:9",
-            "carrier://pigeon",
-        ):
+    for address in ("tcp://127.0.0.1:9", "carrier://pigeon"):
+        with dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
             done = run("study", "s.toml", "--scheduler", address)
-            assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
-            assert (
-                f"must be the address of a running Dask scheduler with workers, got '{address}' ("
-                in done.err
-            )
-    assert not (tmp_path / "s").exists()
+        assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
+        assert (
+            f"must be the address of a running Dask scheduler with workers, got '{address}' ("
+            in done.err
+        )
 
 
 # Worker processes
@@ -640,7 +489,6 @@ def test_workers_one_killed_midway_write_the_same_bytes(
     assert contents(tmp_path / "two") == contents(small.folder)
     assert workers_of(os.getpid()) == []
     assert capfd.readouterr() == ("", "")
-    assert logging.getLogger("distributed").level != logging.CRITICAL + 1
 
 
 @pytest.mark.slow
@@ -689,14 +537,6 @@ def test_a_cluster_flies_the_same_and_stays(
         "dashboard_address": "127.0.0.1:0",
         "silence_logs": 60,
     }
-    submitted: list[tuple[Any, ...]] = []
-    submit = distributed.Client.submit
-
-    def noted(client: Any, function: Any, *given: Any, **options: Any) -> Any:
-        submitted.append(given)
-        return submit(client, function, *given, **options)
-
-    monkeypatch.setattr(distributed.Client, "submit", noted)
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, **options
     ) as cluster:
@@ -706,10 +546,7 @@ def test_a_cluster_flies_the_same_and_stays(
             cluster.scheduler_address, set_as_default=False
         ) as client:
             assert client.submit(abs, -1).result() == 1
-            sent = [argument for call in submitted for argument in call]
-            assert len(submitted) > len(small.study.batches)
-            assert sum(isinstance(one, Study) for one in sent) == 1
-    monkeypatch.setattr(running, "_EMPTY", 0.4)
+    monkeypatch.setattr(running, "_PATIENCE", 0.4)
     with (
         distributed.LocalCluster(n_workers=0, **options) as cluster,
         pytest.raises(
@@ -785,31 +622,45 @@ def test_a_scheduler_that_ends_is_one_line_and_the_same_command_continues(
     assert contents(tmp_path / "s") == contents(tmp_path / "whole")
 
 
-def die_at_a_roll(numbers: Any, study: Any, expected: Any) -> Any:
+def die_at_a_roll(numbers: Any, study: Any) -> Any:
     """Stand for a case that ends its process, as a fault in a compiled library does."""
-    rows = flown_batch(numbers, study, expected)
+    rows = flown_batch(numbers, study)
     if any(row["roll"] == 0.4 for row in rows):
         os.kill(os.getpid(), signal.SIGKILL)
     return rows
 
 
 @pytest.mark.slow
-def test_a_case_that_kills_its_worker_is_a_row_and_a_broken_worker_ends_the_study(
+def test_a_case_that_kills_its_worker_is_a_row(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    dask = pytest.importorskip("dask", reason="install the extra 'study'")
     monkeypatch.setattr(running, "flown_batch", die_at_a_roll)
-    monkeypatch.setattr(running, "_DEATHS", 0)
     asked = SMALL | {"gaits": ["gait4"], "attitudes": {"roll": [0.2, 0.4, 0.3]}}
-    rows = run_study(asked, tmp_path / "killing", workers=1).table.to_pylist()
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+        rows = run_study(asked, tmp_path / "killing", workers=1).table.to_pylist()
     assert [(row["case"], row["outcome"]) for row in rows] == [
         (0, "settled"),
         (1, "failed"),
         (2, "settled"),
     ]
     assert rows[1]["reason"] == "each worker that flew this case alone died"
-    monkeypatch.setattr(running, "flown_batch", json.loads)
-    with pytest.raises(
-        InputError,
-        match=r"a worker cannot run the study \(TypeError: .*workers need the same gaitgraph",
+
+
+@pytest.mark.slow
+def test_workers_need_the_same_versions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distributed = pytest.importorskip("distributed", reason="install distributed")
+    other = {"gaitgraph": "0.0", "mujoco": "1.0"}
+    monkeypatch.setattr(distributed.Client, "run", lambda *_: {"tcp://worker": other})
+    with (
+        distributed.LocalCluster(
+            n_workers=1,
+            processes=False,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=60,
+        ) as cluster,
+        pytest.raises(InputError, match=r"workers must have .*, got .*'0.0'"),
     ):
-        run_study(asked, tmp_path / "broken", workers=1)
+        run_study(SMALL, tmp_path / "other", scheduler=cluster.scheduler_address)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,6 @@ from gaitgraph.cli import (
         "ADDRESS",
         "Address of a Dask scheduler whose workers are used: tcp://HOST:PORT.",
     ),
-    flag("--yes", "Fly more than 10,000 cases, or for more than an hour."),
     flag("--dry-run", "Count the cases and fly none."),
     "json",
 )
@@ -46,7 +46,7 @@ def study_command(
 ) -> int:
     """Fly every case of a study, and write a row for each to a Parquet dataset.
 
-    The folder gets study.json, rows/part-….parquet, each written when its cases are done, and at the end summary.html.
+    The folder gets study.json, certificates, and rows/part-….parquet, each written when its cases are done.
     After an interruption the same command continues. The exit code is 0 once all rows are written, whatever the
     flights did. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
     """
@@ -66,6 +66,7 @@ def study_command(
             [str(study), estimate],
         )
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
+    logging.disable()  # what ends a study is one line; Dask would log it too
     try:
         with Working(f"study {study.name}") as progress, named_in_errors(given):
             run = run_study(study, folder, progress=progress, **given)
@@ -74,4 +75,6 @@ def study_command(
         kept = f"{parts} of {len(study.batches)} parts are in {str(folder)!r}"
         print_problem(f"interrupted; {kept}; run the same command again to continue")
         return 130
+    finally:
+        logging.disable(logging.NOTSET)
     return show(run, ok=True)

@@ -21,7 +21,6 @@ from gaitgraph.errors import (
     GaitgraphError,
     InputError,
     check_fields,
-    did_you_mean,
     reworded,
     shown,
 )
@@ -55,27 +54,6 @@ _REQUESTED = [
     name for name in REQUEST_FIELDS if name not in ("vehicle", "period")
 ]  # these two are axes of a study
 
-
-def _period_of(value: Any) -> float:
-    if not 1e-6 <= number_of(value) <= 1e6:
-        raise InputError(
-            f"periods must be between 1e-6 and 1e6 s, got {shown(value)}",
-            field="periods",
-        )
-    return number_of(value)
-
-
-# The four axes of every study, in the order of a grid: the default, and the function that checks a value.
-_AXES: dict[str, tuple[float, Callable[[Any], float]]] = {
-    "biases": (1.0, partial(checked_factor, "biases")),
-    "periods": (1.0, _period_of),
-    "roll": (0.0, lambda value: angle_within(value, "roll", math.pi)),
-    "pitch": (
-        0.0,
-        lambda value: angle_within(value, "pitch", math.nextafter(HALF_PI, 0.0)),
-    ),
-}
-
 FLIGHT = {
     "duration": "s", "settling_time": "s", "peak_tilt": "rad", "peak_thrust": "N", "peak_thrust_share": "1",
     "least_singular_value": "1", "saturated_fraction": "1", "energy": "J", "final_roll": "rad", "final_pitch": "rad",
@@ -84,8 +62,8 @@ FLIGHT = {
 """The columns of a flight in a study's rows, and their units."""
 
 _GAIT = {
-    "gait": "string", "eta": "1", "period": "s", "roll": "rad", "pitch": "rad", "outcome": "string",
-    "reason": "string", "valid": "bool", "flyable": "bool", "reachable_from_hover": "bool",
+    "gait": "string", "uncertified": "string", "eta": "1", "period": "s", "roll": "rad", "pitch": "rad",
+    "outcome": "string", "reason": "string", "valid": "bool", "flyable": "bool", "reachable_from_hover": "bool",
     "gait_singular_value": "1", "gait_tilt_rate": "rad/s",
 }  # fmt: skip
 
@@ -101,53 +79,6 @@ Axis = tuple[Any, ...] | Range
 """The values of one quantity of a study, in order, or its range."""
 
 
-def _drawn(axis: Axis, share: float) -> Any:
-    """Return the value for a number drawn from [0, 1)."""
-    if isinstance(axis, Range):
-        return axis.low + share * (axis.high - axis.low)
-    return axis[int(share * len(axis))]
-
-
-def _plain(axis: Axis) -> Any:
-    """Return an axis as JSON holds it."""
-    if isinstance(axis, Range):
-        return {"from": axis.low, "to": axis.high}
-    return [list(value) if isinstance(value, tuple) else value for value in axis]
-
-
-def _axis_of(
-    content: Any, name: str, convert: Callable[[Any], Any], *, random: bool
-) -> Axis:
-    """Return the axis of an entry: a value, a list, or a table of ``from``, ``to`` (both included) and ``count``.
-
-    In a `random` sample a table without ``count`` is a range.
-    """
-    if not isinstance(content, dict):
-        values = tuple(
-            map(convert, content if isinstance(content, list) else [content])
-        )
-        _check_distinct(values, name)
-        return values
-    check_fields(name, content, ("from", "to", "count"))
-    low, high = (convert(content.get(key)) for key in ("from", "to"))
-    if not (isinstance(low, float) and isinstance(high, float) and low < high):
-        raise InputError(
-            f"{name} must be a list, or a table with from below to, got {shown(content)}"
-        )
-    if "count" not in content and random:
-        return Range(low, high)
-    count = whole_number(f"{name}.count", content.get("count"), 2, MOST_CASES)
-    return *(low + (high - low) * k / (count - 1) for k in range(count - 1)), high
-
-
-def _check_distinct(values: Sequence[Hashable], name: str) -> None:
-    """Raise InputError if there are no values or one is repeated."""
-    if not 0 < len(set(values)) == len(values):
-        raise InputError(
-            f"{name} must be different values, one at least, got {shown(list(values))}"
-        )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
     """A vehicle of a study, with the first value of each constant that varies, and the axes of those constants."""
@@ -159,139 +90,28 @@ class Model:
         return math.prod(len(axis) for axis in self.varied.values())
 
 
-def _model_of(entry: Any, folder: Path, random: bool) -> Model:
-    """Return the vehicle of an entry: a preset, a file, or a table of constants in which lists and ranges vary."""
-    constants = (
-        {"file" if entry.lower().endswith(".toml") else "preset": entry}
-        if isinstance(entry, str)
-        else entry
-    )
-    if not isinstance(constants, dict):
-        raise InputError(
-            f"it must be a preset, a .toml file or a table of constants, got {shown(entry)}"
-        )
-    constants, varied = dict[str, Any](constants), {}
-    for name, value in list(constants.items()):
-        # Three plain numbers are one inertia; a list of such lists varies it. Linkages do not vary.
-        one = (
-            name == "inertia"
-            and isinstance(value, list)
-            and value
-            and not isinstance(value[0], list)
-        )
-        one = one or name in ("linkage", "rotor_positions")
-        if name != "name" and isinstance(value, (list, dict)) and not one:
-            varied[name] = constants.pop(name)
-    file = constants.pop("file", None)
-    base = None if file is None else vehicle_named(str(folder / file))
-    if varied and "name" not in constants:
-        origin = constants.get("preset", "vehicle") if base is None else base.name
-        constants["name"] = (
-            f"{origin}, {', '.join(name.replace('_', ' ') for name in varied)} varied"
-        )
-    for name, value in varied.items():
-        constants[name] = (
-            value.get("from") if isinstance(value, dict) else next(iter(value), None)
-        )
-    start = (
-        vehicle_from_mapping(constants) if base is None else base.replace(**constants)
-    )
-
-    def checked(name: str, value: Any) -> Any:
-        if name != "inertia" and isinstance(value, list):
-            remedy = "a vehicle with one for each arm is a .toml file"
-            raise InputError(
-                f"{name} must be a list of numbers, which vary it, got {shown(value)} in it; {remedy}"
-            )
-        return getattr(start.replace(**{name: value}), name)
-
-    axes = {
-        name: _axis_of(value, name, partial(checked, name), random=random)
-        for name, value in varied.items()
-    }
-    return Model(base=start, varied=axes)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GaitSource:
-    """One entry of a study's gaits, from which the gait of each vehicle is made."""
+    """One entry of a study's gaits, from which the gait of each vehicle is made.
+
+    `content` is the name of a gait of the paper; the fields of a request, which is planned for each vehicle; or the
+    columns of a file's corners. Plain values.
+    """
 
     name: str
-    kind: str  # "paper", a gait of the paper; "request", planned for each vehicle; or "corners", of a file
-    content: Mapping[
-        str, Any
-    ]  # the number, the fields of the request, or the columns; plain values
+    content: str | Mapping[str, Any]
     law: LawName = DEFAULT_LAW
 
     def gait(self, vehicle: Vehicle) -> Gait:
         """Return the gait for a vehicle; Infeasible with the plan's reason if there is none."""
-        if self.kind == "paper":
-            return gait_of(f"gait{self.content['number']}", vehicle=vehicle)
-        if self.kind == "request":
-            content = {
-                "require": "valid",
-                **self.content,
-                "law": self.law,
-                "vehicle": vehicle,
-            }
-            return plan(request_from_mapping(content)[0]).gait
-        return gait_of(dict(self.content), vehicle=vehicle)
+        if isinstance(self.content, str) or "waypoints" not in self.content:
+            return gait_of(self.content, vehicle=vehicle)
+        asked = {"require": "valid", **self.content}
+        asked |= {"law": self.law, "vehicle": vehicle}
+        return plan(request_from_mapping(asked)[0]).gait
 
 
-def _source_of(entry: Any, number: int, folder: Path) -> GaitSource:
-    """Return the source of an entry: a gait of the paper, a gait or request file, or a table of a request."""
-    values = {"file": entry} if isinstance(entry, str) else entry
-    has_file = isinstance(values, dict) and "file" in values
-    check_fields("it", values, ["name", "file"] if has_file else ["name", *_REQUESTED])
-    file = values.get("file")
-    name = values.get(
-        "name", f"gait {number}" if file is None else Path(str(file)).stem
-    )
-    if not isinstance(name, str) or not name or not isinstance(file, str | None):
-        raise InputError(
-            f"name and file must be texts, got {shown(name)} and {shown(file)}"
-        )
-    if file is None:  # checked for the paper's vehicle
-        request = request_from_mapping(
-            {key: value for key, value in values.items() if key != "name"}
-        )[0]
-        plain = request.as_mapping() | {
-            "waypoints": [list(point) for point in request.waypoints]
-        }
-        content = {key: plain[key] for key in values if key not in ("name", "law")}
-        return GaitSource(name=name, kind="request", content=content, law=request.law)
-    if file in PAPER_GAITS:
-        return GaitSource(
-            name=name, kind="paper", content={"number": PAPER_GAITS[file]}
-        )
-    path = folder / file
-    if not path.suffix:
-        hint = did_you_mean(file, list(PAPER_GAITS))
-        raise InputError(
-            f"file must be {', '.join(PAPER_GAITS)} or the name of a file, got {shown(file)}{hint}"
-        )
-    if holds_request(path):
-        plain = read_request(path, {})[0].as_mapping()
-        content = {
-            key: plain[key] for key in _REQUESTED if key not in ("coefficients", "law")
-        }
-        return GaitSource(name=name, kind="request", content=content, law=plain["law"])
-    table = read_table(path)
-    gait, is_whole = gait_of(table), "alpha3" in table
-    # The corners of a gait; or the rows of alpha1, alpha2 and color, to be lifted for each vehicle.
-    columns = (
-        gait.alpha.T.tolist()
-        if is_whole
-        else [table[name].tolist() for name in ANGLES[:2]]
-    )
-    colors = list(gait.colors if is_whole else table["color"])
-    content = dict(zip(ANGLES, columns, strict=False)) | (
-        {"color": colors} if colors else {}
-    )
-    return GaitSource(name=name, kind="corners", content=content)
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
     """One case of a study; `varied` holds the values of the constants that vary in its vehicle. SI units, radians."""
 
@@ -307,38 +127,31 @@ class Case:
     @property
     def vehicle(self) -> Vehicle:
         """The vehicle; InputError if the constants that vary contradict each other."""
-        return (
-            self.model.base.replace(**self.varied) if self.varied else self.model.base
-        )
+        return self.model.base.replace(**self.varied)
 
     def known(self) -> dict[str, Any]:
         """Return the columns of the case that do not depend on its flight."""
         varied = dict(self.varied)
         varied |= zip(_INERTIA, varied.pop("inertia", ()), strict=False)
-        own = {
+        return {
+            "case": self.number,
+            "vehicle": self.model.base.name,
+            **varied,
+            "gait": self.source.name,
             "eta": self.bias,
             "period": self.period,
             "roll": self.roll,
             "pitch": self.pitch,
         }
-        return (
-            {
-                "case": self.number,
-                "vehicle": self.model.base.name,
-                "gait": self.source.name,
-            }
-            | varied
-            | own
-        )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
     """A study; it holds the content of the files that it named.
 
-    `models` and `sources` are the vehicles and the gaits. `axes` are those of η, T [s] and the initial roll and pitch
-    [rad]. With `anyway` gaits fly that would be refused. `count` and `seed` are those of a random sample, None for a
-    grid.
+    `models` and `sources` are the vehicles and the gaits; `biases` are η, `periods` in s, `roll` and `pitch` the
+    initial attitudes [rad]. With `anyway` gaits fly that would be refused. `count` and `seed` are those of a random
+    sample, None for a grid.
 
     >>> study = study_from_mapping({"name": "two", "gaits": ["gait3"], "attitudes": {"roll": [0.1, 0.2]}})
     >>> len(study), study.case(1).roll, study.batches
@@ -348,7 +161,10 @@ class Study:
     name: str
     models: tuple[Model, ...]
     sources: tuple[GaitSource, ...]
-    axes: tuple[Axis, ...]
+    biases: Axis
+    periods: Axis
+    roll: Axis
+    pitch: Axis
     flight: FlightSettings
     anyway: bool
     count: int | None
@@ -357,93 +173,108 @@ class Study:
     def __repr__(self) -> str:
         return f"<Study: {self.name!r}, cases: {len(self)}>"
 
+    def __str__(self) -> str:
+        kind = "a grid" if self.count is None else f"drawn with seed {self.seed}"
+        return f"Study {self.name}: {len(self)} cases, {kind}, in {len(self.batches)} batches"
+
     @property
     def _shape(self) -> tuple[int, ...]:
-        return (
-            sum(map(len, self.models)),
-            len(self.sources),
-            *(len(axis) for axis in self.axes),
-        )
+        """How many vehicles, gaits, biases, periods, rolls and pitches the grid has."""
+        axes = (self.sources, self.biases, self.periods, self.roll, self.pitch)
+        return (sum(map(len, self.models)), *map(len, axes))
 
     def __len__(self) -> int:
-        return math.prod(self._shape) if self.count is None else self.count
-
-    @property
-    def batch(self) -> int:
-        """Number of cases that are flown and written together; it depends on the number of cases only."""
-        return min(_MOST_OF_A_BATCH, math.ceil(len(self) / _BATCHES))
+        if self.count is None:
+            return math.prod(self._shape)
+        return self.count
 
     @property
     def batches(self) -> list[range]:
-        """The numbers of the cases of each batch; the last may be short."""
-        count, size = len(self), self.batch
-        return [
-            range(first, min(first + size, count)) for first in range(0, count, size)
-        ]
+        """The numbers of the cases that are flown and written together; they depend on the number of cases only."""
+        count = len(self)
+        size = min(_MOST_OF_A_BATCH, math.ceil(count / _BATCHES))
+        return [range(k, min(k + size, count)) for k in range(0, count, size)]
 
     def case(self, number: int) -> Case:
         """Return a case by its number, from 0."""
         if self.count is None:
-            rest, gait, *places = map(int, np.unravel_index(number, self._shape))
-            bias, period, roll, pitch = (
-                axis[k] for axis, k in zip(self.axes, places, strict=True)
-            )
-            for model in self.models:
-                if rest < len(model):
-                    break
-                rest -= len(model)
-            at = np.unravel_index(rest, [len(axis) for axis in model.varied.values()])
-            varied = {
-                name: axis[int(k)]
-                for (name, axis), k in zip(model.varied.items(), at, strict=True)
-            }
-        else:
-            # The order of the draws is fixed, since later versions continue a stored study.
-            bits = np.random.Philox(
-                key=np.array([self.seed or 0, number], dtype=np.uint64)
-            )
-            draws = bits.random_raw(6 + max(len(model.varied) for model in self.models))
-            shares = iter(((draws >> np.uint64(11)) * 2.0**-53).tolist())
-            roll, pitch, period, bias = (
-                _drawn(self.axes[k], next(shares)) for k in (2, 3, 1, 0)
-            )
-            gait = int(next(shares) * len(self.sources))
-            model = self.models[int(next(shares) * len(self.models))]
-            varied = {
-                name: _drawn(axis, next(shares)) for name, axis in model.varied.items()
-            }
+            return self._case_of_grid(number)
+        return self._case_of_sample(number)
+
+    def _case_of_grid(self, number: int) -> Case:
+        place, gait, bias, period, roll, pitch = map(
+            int, np.unravel_index(number, self._shape)
+        )
+        for model in self.models:
+            if place < len(model):
+                break
+            place -= len(model)
+        places = np.unravel_index(place, [len(axis) for axis in model.varied.values()])
+        varied = {
+            name: axis[int(k)]
+            for (name, axis), k in zip(model.varied.items(), places, strict=True)
+        }
         return Case(
-            number, model, varied, self.sources[gait], bias, period, roll, pitch
+            number=number,
+            model=model,
+            varied=varied,
+            source=self.sources[gait],
+            bias=self.biases[bias],
+            period=self.periods[period],
+            roll=self.roll[roll],
+            pitch=self.pitch[pitch],
+        )
+
+    def _case_of_sample(self, number: int) -> Case:
+        # The order of the draws is fixed: the same seed and number give the same case.
+        key = np.array([self.seed, number], dtype=np.uint64)
+        most = max(len(model.varied) for model in self.models)
+        bits = np.random.Philox(key=key).random_raw(6 + most)
+        shares = iter(((bits >> np.uint64(11)) * 2.0**-53).tolist())
+
+        def drawn(axis: Axis) -> Any:
+            share = next(shares)
+            if isinstance(axis, Range):
+                return axis.low + share * (axis.high - axis.low)
+            return axis[int(share * len(axis))]
+
+        roll, pitch = drawn(self.roll), drawn(self.pitch)
+        period, bias = drawn(self.periods), drawn(self.biases)
+        source, model = drawn(self.sources), drawn(self.models)
+        return Case(
+            number=number,
+            model=model,
+            varied={name: drawn(axis) for name, axis in model.varied.items()},
+            source=source,
+            bias=bias,
+            period=period,
+            roll=roll,
+            pitch=pitch,
         )
 
     @property
     def seconds(self) -> float:
         """Estimated time for one process, if each flight is flown to its end [s]."""
-        periods = self.axes[1] if self.flight.duration is None else ()
-        return float(len(self) * max([self.flight.seconds, *periods]) / _SPEED)
+        longest = self.flight.seconds
+        if self.flight.duration is None:
+            longest = max(longest, *self.periods)
+        return float(len(self) * longest / _SPEED)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the study as plain values."""
-        sample = (
-            {"kind": "grid"}
-            if self.count is None
-            else {"kind": "random", "count": self.count, "seed": self.seed}
-        )
-        biases, periods, roll, pitch = map(_plain, self.axes)
-        varied = [
-            {name: _plain(axis) for name, axis in model.varied.items()}
+        vehicles = [
+            model.base.as_mapping() | {"vary": _plain_axes(model.varied)}
             for model in self.models
         ]
+        sample: Any = "grid"
+        if self.count is not None:
+            sample = {"kind": "random", "count": self.count, "seed": self.seed}
         return {
             "name": self.name,
-            "vehicles": [
-                one.base.as_mapping() | {"vary": vary}
-                for one, vary in zip(self.models, varied, strict=True)
-            ],
+            "vehicles": vehicles,
             "gaits": [asdict(source) for source in self.sources],
-            "biases": biases,
-            "periods": periods,
-            "attitudes": {"roll": roll, "pitch": pitch},
+            **_plain_axes({"biases": self.biases, "periods": self.periods}),
+            "attitudes": _plain_axes({"roll": self.roll, "pitch": self.pitch}),
             "flight": self.flight.as_mapping(),
             "anyway": self.anyway,
             "sample": sample,
@@ -452,13 +283,18 @@ class Study:
     @property
     def fingerprint(self) -> str:
         """The SHA-256 of the study as JSON, in hexadecimal; equal studies have equal fingerprints."""
-        return hashlib.sha256(
-            json.dumps(self.as_mapping(), allow_nan=False).encode()
-        ).hexdigest()
+        text = json.dumps(self.as_mapping(), allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()
 
-    def __str__(self) -> str:
-        kind = "a grid" if self.count is None else f"drawn with seed {self.seed}"
-        return f"Study {self.name}: {len(self)} cases, {kind}, in {len(self.batches)} batches"
+
+def _plain_axes(axes: Mapping[str, Axis]) -> dict[str, Any]:
+    """Return axes as JSON holds them."""
+    plain: dict[str, Any] = {}
+    for name, axis in axes.items():
+        plain[name] = list(axis)
+        if isinstance(axis, Range):
+            plain[name] = {"from": axis.low, "to": axis.high}
+    return plain
 
 
 def columns_of(study: Study) -> dict[str, str]:
@@ -466,33 +302,26 @@ def columns_of(study: Study) -> dict[str, str]:
 
     A constant that varies in one of the vehicles has a column, empty for the others.
     """
-    varied: dict[str, str] = {}
-    for name in dict.fromkeys(
-        name for model in study.models for name in model.varied if name != "drag_ratio"
-    ):
-        unit = {"first_arm_angle": "rad", "first_rotor_spin": "string"}.get(
-            name
-        ) or UNITS[name]
-        varied |= dict.fromkeys(
-            _INERTIA if name == "inertia" else (name,),
-            unit.replace("²", "^2").replace("³", "^3"),
-        )
-    return (
-        {"case": "int64", "vehicle": "string", "drag_ratio": "1"}
-        | varied
-        | _GAIT
-        | FLIGHT
-    )
+    units = UNITS | {"first_arm_angle": "rad", "first_rotor_spin": "string"}
+    columns = {"case": "int64", "vehicle": "string", "drag_ratio": "1"}
+    for model in study.models:
+        for name in model.varied:
+            unit = units[name].replace("²", "^2").replace("³", "^3")
+            if name == "inertia":
+                columns |= dict.fromkeys(_INERTIA, unit)
+            elif name != "drag_ratio":
+                columns[name] = unit
+    return columns | _GAIT | FLIGHT
 
 
 def read_study(path: str | Path) -> Study:
     """Read a study from a TOML file, with names of files relative to it; InputError or FileProblem if it is none."""
     path = path_of(path, "study file")
-    return from_toml_file(
-        path,
-        "study",
-        lambda one: study_from_mapping({"name": path.stem, **one}, folder=path.parent),
-    )
+
+    def make(content: dict[str, Any]) -> Study:
+        return study_from_mapping({"name": path.stem, **content}, folder=path.parent)
+
+    return from_toml_file(path, "study", make)
 
 
 def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> Study:
@@ -501,7 +330,7 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     Parameters
     ----------
     content
-        `name`; `vehicles`, by default the paper's; `gaits`; `biases` η in (0, 1], by default 1; `periods` [s], by
+        `name`, by default "study"; `vehicles`, by default the paper's; `gaits`; `biases` η in (0, 1], by default 1; `periods` [s], by
         default 1; `attitudes`, a table of `roll` and `pitch`, each by default 0; `flight`, settings by name; `sample`:
         "grid", the default, or a table of `kind`, `count` and `seed`; `anyway`, to fly gaits that would be refused.
     folder
@@ -512,83 +341,210 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     InputError, FileProblem
         If anything is malformed, or there are more than a million cases.
     """
-    known = (
-        "name",
-        "vehicles",
-        "gaits",
-        "biases",
-        "periods",
-        "attitudes",
-        "flight",
-        "sample",
-        "anyway",
-    )
-    check_fields("the study", content, known)
-    name, anyway, folder = (
-        content.get("name"),
-        content.get("anyway", False),
-        Path(folder),
-    )
-    if not isinstance(name, str) or not name or not isinstance(anyway, bool):
-        raise InputError(
-            f"name must be a text and anyway true or false, got {shown(name)} and {shown(anyway)}"
-        )
-    sample = content.get("sample", "grid")
-    sample = {"kind": sample} if isinstance(sample, str) else sample
-    check_fields("sample", sample, ("kind", "count", "seed"))
-    random = sample.get("kind", "random" if "count" in sample else "grid") == "random"
-    if not random and sample not in ({}, {"kind": "grid"}):
-        raise InputError(
-            f"sample.kind must be grid, or random with a count and a seed, got {shown(sample)}"
-        )
-    count = (
-        whole_number("sample.count", sample.get("count"), 1, MOST_CASES)
-        if random
-        else None
-    )
-    seed = (
-        whole_number("sample.seed", sample.get("seed", 0), 0, (1 << 64) - 1)
-        if random
-        else None
-    )
-
-    def entries(
-        key: str, default: Any, read: Callable[[Any, int], Any]
-    ) -> tuple[Any, ...]:
-        """Return the entries of a list, read; errors name the entry."""
-        listed, found = content.get(key, default), []
-        if not isinstance(listed, list) or not listed:
-            raise InputError(
-                f"{key} must be a list with at least one entry, got {shown(listed)}"
-            )
-        for number, entry in enumerate(listed, start=1):
-            try:
-                found.append(read(entry, number))
-            except GaitgraphError as error:
-                raise reworded(
-                    error, f"{key[:-1]} {number}: {error.message}"
-                ) from error
-        return tuple(found)
-
-    models = entries(
-        "vehicles", ["paper"], lambda entry, _: _model_of(entry, folder, random)
-    )
+    fields = ("name", "vehicles", "gaits", "biases", "periods", "attitudes", "flight")
+    check_fields("the study", content, (*fields, "sample", "anyway"))
+    name, anyway = str(content.get("name", "study")), content.get("anyway", False)
+    if not isinstance(anyway, bool):
+        raise InputError(f"anyway must be true or false, got {shown(anyway)}")
+    count, seed = _sample_of(content.get("sample", "grid"))
+    random = count is not None
+    models = _entries(content, "vehicles", partial(_model_of, Path(folder), random))
     _check_distinct([model.base.name for model in models], "names of vehicles")
-    sources = entries(
-        "gaits", None, lambda entry, number: _source_of(entry, number, folder)
-    )
+    sources = _entries(content, "gaits", partial(_source_of, Path(folder)))
     _check_distinct([source.name for source in sources], "names of gaits")
-
     attitudes = content.get("attitudes", {})
     check_fields("attitudes", attitudes, ("roll", "pitch"))
-    axes = tuple(
-        _axis_of((content | attitudes).get(key, default), key, convert, random=random)
-        for key, (default, convert) in _AXES.items()
+    stated = {"biases": 1.0, "periods": 1.0, "roll": 0.0, "pitch": 0.0}
+    stated |= content | attitudes
+    axes = {
+        name: _axis_of(stated[name], name, checked, random=random)
+        for name, checked in _CHECKED.items()
+    }
+    study = Study(
+        name=name,
+        models=models,
+        sources=sources,
+        **axes,
+        flight=settings_from_mapping(content.get("flight", {})),
+        anyway=anyway,
+        count=count,
+        seed=seed,
     )
-    flight = settings_from_mapping(content.get("flight", {}))
-    study = Study(name, models, sources, axes, flight, anyway, count, seed)
     if len(study) > MOST_CASES:
         raise InputError(
             f"study {name!r} must have at most {MOST_CASES} cases, got {len(study)}"
         )
     return study
+
+
+def _sample_of(sample: Any) -> tuple[int | None, int | None]:
+    """Return the count and the seed of a random sample, None for a grid."""
+    if sample == "grid":
+        return None, None
+    check_fields("sample", sample, ("kind", "count", "seed"))
+    if sample in ({}, {"kind": "grid"}):
+        return None, None
+    if sample.get("kind", "random") != "random" or "count" not in sample:
+        raise InputError(
+            f"sample.kind must be grid, or random with a count and a seed, got {shown(sample)}"
+        )
+    count = whole_number("sample.count", sample["count"], 1, MOST_CASES)
+    return count, whole_number("sample.seed", sample.get("seed", 0), 0, (1 << 64) - 1)
+
+
+def _entries(
+    content: dict[str, Any], key: str, read: Callable[[Any, int], Any]
+) -> tuple[Any, ...]:
+    """Return the entries of a list, read; errors name the entry."""
+    listed = content.get(key, ["paper"] if key == "vehicles" else None)
+    if not isinstance(listed, list) or not listed:
+        raise InputError(
+            f"{key} must be a list with at least one entry, got {shown(listed)}"
+        )
+    entries = []
+    for number, entry in enumerate(listed, start=1):
+        try:
+            entries.append(read(entry, number))
+        except GaitgraphError as error:
+            text = f"{key[:-1]} {number}: {error.message}"
+            raise reworded(error, text) from error
+    return tuple(entries)
+
+
+def _check_distinct(values: Sequence[Hashable], name: str) -> None:
+    """Raise InputError if there are no values or one is repeated."""
+    if not 0 < len(set(values)) == len(values):
+        raise InputError(
+            f"{name} must be different values, one at least, got {shown(list(values))}"
+        )
+
+
+def _axis_of(
+    content: Any, name: str, checked: Callable[[Any], Any], *, random: bool
+) -> Axis:
+    """Return the axis of an entry: a value, a list, or a table of ``from``, ``to`` (both included) and ``count``.
+
+    In a `random` sample a table without ``count`` is a range.
+    """
+    if not isinstance(content, dict):
+        listed = content if isinstance(content, list) else [content]
+        values = tuple(map(checked, listed))
+        _check_distinct(values, name)
+        return values
+    check_fields(name, content, ("from", "to", "count"))
+    low, high = (checked(content.get(key)) for key in ("from", "to"))
+    if not (isinstance(low, float) and isinstance(high, float) and low < high):
+        raise InputError(
+            f"{name} must be a list, or a table with from below to, got {shown(content)}"
+        )
+    if "count" not in content and random:
+        return Range(low, high)
+    count = whole_number(f"{name}.count", content.get("count"), 2, MOST_CASES)
+    return *(low + (high - low) * k / (count - 1) for k in range(count - 1)), high
+
+
+def _period_of(value: Any) -> float:
+    period = number_of(value)
+    if not 1e-6 <= period <= 1e6:
+        raise InputError(
+            f"periods must be between 1e-6 and 1e6 s, got {shown(value)}",
+            field="periods",
+        )
+    return period
+
+
+# The four axes of every study, each with the function that checks a value.
+_CHECKED: dict[str, Callable[[Any], float]] = {
+    "biases": partial(checked_factor, "biases"),
+    "periods": _period_of,
+    "roll": lambda value: angle_within(value, "roll", math.pi),
+    "pitch": lambda value: angle_within(value, "pitch", math.nextafter(HALF_PI, 0.0)),
+}
+
+
+def _model_of(folder: Path, random: bool, entry: Any, _: int) -> Model:
+    """Return the vehicle of an entry: a preset, a file, or a table of constants in which lists and ranges vary."""
+    if isinstance(entry, str):
+        entry = {"file" if entry.lower().endswith(".toml") else "preset": entry}
+    if not isinstance(entry, dict):
+        raise InputError(
+            f"it must be a preset, a .toml file or a table of constants, got {shown(entry)}"
+        )
+    constants = {key: value for key, value in entry.items() if not _varies(key, value)}
+    stated = {key: value for key, value in entry.items() if _varies(key, value)}
+    file = constants.pop("file", None)
+    base = None if file is None else vehicle_named(str(folder / file))
+    if stated and "name" not in constants:
+        origin = constants.get("preset", "vehicle") if base is None else base.name
+        names = ", ".join(name.replace("_", " ") for name in stated)
+        constants["name"] = f"{origin}, {names} varied"
+    for name, axis in stated.items():
+        if isinstance(axis, dict):
+            constants[name] = axis.get("from")
+        else:
+            constants[name] = axis[0] if axis else None
+    if base is None:
+        base = vehicle_from_mapping(constants)
+    else:
+        base = base.replace(**constants)
+
+    def checked(name: str, value: Any) -> Any:
+        if name != "inertia" and isinstance(value, list):
+            remedy = "a vehicle with one for each arm is a .toml file"
+            raise InputError(
+                f"{name} must be a list of numbers, which vary it, got {shown(value)} in it; {remedy}"
+            )
+        return getattr(base.replace(**{name: value}), name)
+
+    varied = {
+        name: _axis_of(axis, name, partial(checked, name), random=random)
+        for name, axis in stated.items()
+    }
+    return Model(base=base, varied=varied)
+
+
+def _varies(name: str, value: Any) -> bool:
+    """Return whether a value of a vehicle's table is an axis; three plain numbers are one inertia."""
+    if name in ("name", "linkage", "rotor_positions"):
+        return False
+    if name == "inertia" and isinstance(value, list):
+        return not value or isinstance(value[0], list)
+    return isinstance(value, (list, dict))
+
+
+def _source_of(folder: Path, entry: Any, number: int) -> GaitSource:
+    """Return the source of an entry: a gait of the paper, a gait or request file, or a table of a request."""
+    stated = {"file": entry} if isinstance(entry, str) else entry
+    if isinstance(stated, dict) and "file" in stated:
+        check_fields("it", stated, ("name", "file"))
+        file = str(stated["file"])
+        return _source_of_file(str(stated.get("name", Path(file).stem)), folder, file)
+    check_fields("it", stated, ("name", *_REQUESTED))
+    fields = {key: value for key, value in stated.items() if key != "name"}
+    request = request_from_mapping(fields)[0]  # checked for the paper's vehicle
+    plain = request.as_mapping()
+    content = {key: plain[key] for key in fields if key != "law"}
+    name = str(stated.get("name", f"gait {number}"))
+    return GaitSource(name=name, content=content, law=request.law)
+
+
+def _source_of_file(name: str, folder: Path, file: str) -> GaitSource:
+    if file in PAPER_GAITS:
+        return GaitSource(name=name, content=file)
+    path = folder / file
+    if holds_request(path):
+        plain = read_request(path, {})[0].as_mapping()
+        chosen = [key for key in _REQUESTED if key not in ("coefficients", "law")]
+        content = {key: plain[key] for key in chosen}
+        return GaitSource(name=name, content=content, law=plain["law"])
+    table = read_table(path)
+    gait = gait_of(table)
+    if "alpha3" in table:
+        columns = dict(zip(ANGLES, gait.alpha.T.tolist(), strict=True))
+        colors = list(gait.colors)
+    else:  # rows of alpha1, alpha2 and color are lifted for each vehicle
+        columns = {key: table[key].tolist() for key in ANGLES[:2]}
+        colors = list(table["color"])
+    if colors:
+        columns["color"] = colors
+    return GaitSource(name=name, content=columns)

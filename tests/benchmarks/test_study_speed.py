@@ -1,4 +1,4 @@
-"""A study of 200 flights on two worker processes, against one; starting them and writing the summary included."""
+"""A study of 200 flights on two worker processes, against one; starting them and certifying the gaits included."""
 
 from __future__ import annotations
 
@@ -23,9 +23,7 @@ STUDY = {
         "roll": {"from": -0.5, "to": 0.5, "count": 10},
         "pitch": {"from": -0.5, "to": 0.5, "count": 10},
     },
-    "flight": {
-        "duration": 5.0
-    },  # long beside the seconds in which workers start and the summary is drawn
+    "flight": {"duration": 5.0},  # long beside the seconds in which workers start
 }
 
 
