@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -484,3 +485,45 @@ def test_an_error_of_our_own_code_is_not_called_a_broken_file(
     with pytest.raises(kind, match="ours") as caught:
         read_table(path)
     assert type(caught.value) is kind
+
+
+@pytest.mark.parametrize(
+    "suffix", [s for s, form in FORMATS.items() if not form.folder]
+)
+def test_a_stream_takes_the_bytes_of_a_file(suffix: str, tmp_path: Path) -> None:
+    if missing := FORMATS[suffix].why_not():
+        pytest.skip(missing)
+    timed = gg.lift([(0.4, -0.4), (0.8, -0.4)], "red").parametrize(samples=4)
+    path = tmp_path / f"stream{suffix}"
+    timed.write(path)
+    stream = BytesIO()
+    timed.write(stream, format=suffix)
+    assert stream.getvalue() == path.read_bytes()
+    if FORMATS[suffix].reads:
+        again = gg.read_table(BytesIO(path.read_bytes()), format=suffix.strip("."))
+        assert np.array_equal(again.alpha, gg.read_table(path).alpha)
+        assert again.motion is not None
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json"])
+def test_a_stream_of_text_is_written_and_read(suffix: str) -> None:
+    timed = gg.lift([(0.4, -0.4), (0.8, -0.4)], "red").parametrize(samples=4)
+    stream = StringIO()
+    timed.write(stream, format=suffix)
+    stream.seek(0)
+    assert np.array_equal(gg.read_table(stream, format=suffix).alpha, timed.alpha)
+
+
+def test_errors_about_a_stream_name_no_path() -> None:
+    with pytest.raises(
+        gg.InputError, match=r"^gait file 'stream.csv': column 'alpha1'"
+    ):
+        gg.read_table(StringIO("t,b\n1,2\n"), format="csv")
+    with pytest.raises(gg.InputError, match="format must be one of .csv, .json"):
+        gg.read_table(StringIO(""), format="mcap")
+    with pytest.raises(
+        gg.InputError, match="format is for an open stream, got the path"
+    ):
+        gg.read_table("gait.csv", format="csv")
+    with pytest.raises(gg.InputError, match="gait file must be the path of a file"):
+        gg.read_table(StringIO(""))

@@ -6,11 +6,13 @@ The libraries of an extra are loaded by the functions that need them.
 
 from __future__ import annotations
 
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
+from io import TextIOBase
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import whole_number
@@ -18,6 +20,7 @@ from gaitgraph.errors import (
     InputError,
     MissingExtra,
     OutputExists,
+    checked_choice,
     did_you_mean,
     needs_extra,
 )
@@ -43,8 +46,9 @@ from gaitgraph.io.servo_map import mapped_table, servo_map_named
 from gaitgraph.timing.statement import checked
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from types import ModuleType
+    from typing import IO
 
     from gaitgraph.io.servo_map import ServoMap, ServoMapLike
 
@@ -184,13 +188,17 @@ def _unknown(
 
 def write_tables(
     table: Table,
-    paths: Sequence[str | Path],
+    paths: Sequence[str | Path | IO[Any]],
     *,
     force: bool = False,
     periods: int = 1,
     servos: ServoMapLike | None = None,
+    format: str | None = None,
 ) -> None:
     """Write a table to files, or folders, each whole or not at all; the format follows from the suffix.
+
+    With a `format`, "csv" say, the one "path" is an open stream, of bytes, or of text if the format is one. A bag, which is
+    a folder, has no stream.
 
     `servos`, a :class:`ServoMap`, a preset, a TOML file or a mapping, determines the columns of tables, and order, names,
     signs and zeros in formats of robots. The gait is written `periods` times, one after the other; a C header repeats by itself.
@@ -198,16 +206,48 @@ def write_tables(
     Raises OutputExists if a file exists and `force` is not set, FileProblem if one cannot be written (then no file is
     changed), InputError if a suffix is not known or a file is named twice, and MissingExtra if a library is missing.
     """
-    check_outputs(paths, force=force, periods=periods)
     servo_map = None if servos is None else servo_map_named(servos)
-
+    if format is not None:
+        for stream in paths:
+            with _file_for(stream, format) as file:
+                write_tables(table, [file], periods=periods, servos=servo_map)
+                _copy_to(stream, file)
+        return
+    named = [path_of(path, "output") for path in paths]
+    check_outputs(named, force=force, periods=periods)
     contents = []
-    for path in map(Path, paths):
+    for path in named:
         form = known_format(path, "output")
         stated = _table_in(form, table, periods, servo_map)
         options = {"periods": periods} if form.module is ros else {}
         contents.append((path, partial(form.function("write"), stated, **options)))
     write_whole(contents, force=force)
+
+
+@contextmanager
+def _file_for(stream: object, format: str) -> Iterator[Path]:
+    """Give a path of the format, in a folder of its own, for what a stream holds."""
+    if isinstance(stream, (str, Path)):
+        raise InputError(f"format is for an open stream, got the path {str(stream)!r}")
+    suffix = f".{format.lower().removeprefix('.')}"
+    files = [suffix for suffix, form in FORMATS.items() if not form.folder]
+    checked_choice("format", suffix, files)
+    with TemporaryDirectory() as folder:
+        yield Path(folder) / f"stream{suffix}"
+
+
+def _copy_to(stream: Any, file: Path) -> None:
+    """Write the content of a file to a stream of bytes, or of text."""
+    if isinstance(stream, TextIOBase):
+        stream.write(file.read_text(encoding="utf-8"))
+    else:
+        stream.write(file.read_bytes())
+
+
+def _copy_from(stream: Any, file: Path) -> None:
+    """Write the content of a stream to a file."""
+    content = stream.read()
+    file.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def _table_in(
@@ -261,15 +301,31 @@ def _check_ours(folder: Path, form: Format) -> None:
 # -- Reading
 
 
-def read_table(path: str | Path, *, joints: ServoMapLike | None = None) -> Table:
+def read_table(
+    path: str | Path | IO[Any],
+    *,
+    joints: ServoMapLike | None = None,
+    format: str | None = None,
+) -> Table:
     """Read a gait table of any format in :data:`FORMATS`, or a plan saved as JSON.
 
+    With a `format`, "csv" say, the "path" is an open stream of bytes or of text.
     `joints` describes the columns of a servo table from elsewhere, as `servos` of :func:`write_tables`; ours state them. Raises FileProblem if the file
     cannot be read, and InputError, with file and place, if it holds no gait table.
     """
-    table = unchecked_table(path, joints=joints)
-    with naming_file(path):
-        return checked(table, path)
+    if format is None:
+        return _checked_table(path_of(path, _WHAT), joints)
+    with _file_for(path, format) as file:
+        _copy_from(path, file)
+        return _checked_table(file, joints, Path(file.name))
+
+
+def _checked_table(
+    path: Path, joints: ServoMapLike | None, name: Path | None = None
+) -> Table:
+    table = unchecked_table(path, joints=joints, name=name)
+    with naming_file(name or path):
+        return checked(table, name or path)
 
 
 def unchecked_table(
@@ -278,21 +334,23 @@ def unchecked_table(
     plane_only: bool = False,
     joints: ServoMapLike | None = None,
     angles: tuple[str, ...] = (),
+    name: Path | None = None,
 ) -> Table:
     """Read a gait table whose statement nobody has compared with its rows; errors as :func:`read_table`.
 
-    The options are those of :class:`gaitgraph.io.columns.Wanted`.
+    The options are those of :class:`gaitgraph.io.columns.Wanted`; messages use the `name` instead of the path.
     """
     read = read_format(path, _WHAT).function("read")
     path = Path(path)
-    with reading(path, _WHAT), naming_file(path):
+    name = name or path
+    with reading(name, _WHAT), naming_file(name):
         path.stat()
         wanted = Wanted(
             plane_only=plane_only,
             joints=None if joints is None else servo_map_named(joints),
             angles=angles,
         )
-        source = f"{_WHAT} {str(path)!r}"
+        source = f"{_WHAT} {str(name)!r}"
         return table_of_columns(read(path), wanted, source=source)
 
 

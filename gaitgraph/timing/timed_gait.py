@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, Unpack
+from typing import IO, TYPE_CHECKING, Any, NamedTuple, Self, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from gaitgraph import later
 from gaitgraph.angles import number_of, whole_number
 from gaitgraph.arrays import freeze_arrays, read_only, read_only_columns
 from gaitgraph.errors import Advice, InputError, checked_choice, shown
-from gaitgraph.files import naming_file
+from gaitgraph.files import naming_file, path_of
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
@@ -354,12 +354,22 @@ class TimedGait(Pictured):
             checks.append(later.limit_check(name, peak, joint + 1, limit, advice))
         return tuple(checks)
 
-    def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
-        """Write the gait table to files; see :func:`gaitgraph.io.formats.write_tables`.
+    def write(
+        self,
+        *paths: str | Path | IO[Any],
+        force: bool = False,
+        periods: int = 1,
+        format: str | None = None,
+    ) -> None:
+        """Write the gait table to files, or to a stream; see :func:`gaitgraph.io.formats.write_tables`.
 
         Films (.gif, .mp4) are written by :meth:`animate`.
         """
-        tables, films = later.tables_and_films(paths)
+        if format is not None:
+            later.write_tables(table_of(self), paths, periods=periods, format=format)
+            return
+        named = [path_of(path, "output") for path in paths]
+        tables, films = later.tables_and_films(named)
         later.check_outputs(tables, force=force)
         if films:
             self.animate(*films, force=force)
