@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
+    from pathlib import Path
 
 __all__ = [
     "ContractError",
@@ -40,10 +41,10 @@ class GaitgraphError(Exception):
     """Base of all errors raised by gaitgraph.
 
     Its text is its `message` and, where something helps, `advice` with the argument of Python to use. `on_command_line`
-    is the same text with the flag instead. `file` is the file that the message names, None where it names none.
+    is the same text with the flag instead. `path` is the file that the message names, None where it names none.
     """
 
-    file: str | None = None
+    path: str | None = None
 
     def __init__(self, message: object = "", *, advice: Advice | None = None) -> None:
         super().__init__(message)
@@ -52,7 +53,7 @@ class GaitgraphError(Exception):
     @property
     def message(self) -> str:
         """What is wrong, without advice."""
-        return super().__str__()
+        return str(self.args[0])  # with errno, OSError would print that instead
 
     @property
     def on_command_line(self) -> str:
@@ -70,7 +71,8 @@ class GaitgraphError(Exception):
 class InputError(GaitgraphError, ValueError):
     """A value is malformed or out of range; the message says what it must be, and what it is.
 
-    `field` is the name of the argument, option or field of a request that is wrong, None where it has no single name.
+    `field` is the name of the argument, option, column or field of a request that is wrong, None where it has no single
+    name; `row` is the row of a table, counted from 1, and `value` what stands there, None where there is none.
     """
 
     def __init__(
@@ -78,12 +80,16 @@ class InputError(GaitgraphError, ValueError):
         message: object = "",
         *,
         field: str | None = None,
-        file: str | None = None,
+        row: int | None = None,
+        value: object = None,
+        path: str | None = None,
         advice: Advice | None = None,
     ) -> None:
         super().__init__(message, advice=advice)
         self.field = field
-        self.file = file
+        self.row = row
+        self.value = value
+        self.path = path
 
 
 class MissingConstant(InputError):
@@ -103,7 +109,16 @@ class Infeasible(GaitgraphError, RuntimeError):
 
 
 class FileProblem(GaitgraphError, OSError):
-    """A file cannot be read or written."""
+    """A file cannot be read or written; `errno` and `filename` are those of the system's error, if that was the cause."""
+
+    @classmethod
+    def of(cls, message: str, error: Exception, path: Path) -> FileProblem:
+        """Return the problem of a path that an error of the system tells."""
+        problem = cls(message)
+        problem.path = str(path)
+        problem.filename = str(path)
+        problem.errno = getattr(error, "errno", None)
+        return problem
 
 
 class FileWarning(UserWarning):

@@ -59,13 +59,14 @@ def reading(path: Path, what: str) -> Iterator[None]:
             what != "certificate"
         )
         raise InputError(
-            f"{what} {str(path)!r} must be UTF-8 text, {got}", file=str(path)
+            f"{what} {str(path)!r} must be UTF-8 text, {got}", path=str(path)
         ) from error
     except OSError as error:
         if isinstance(error, GaitgraphError):
             raise
         reason = error.strerror or error
-        raise FileProblem(f"{what} {str(path)!r} cannot be read: {reason}") from error
+        message = f"{what} {str(path)!r} cannot be read: {reason}"
+        raise FileProblem.of(message, error, path) from error
 
 
 @contextlib.contextmanager
@@ -76,10 +77,10 @@ def naming_file(source: object, what: str = "gait file") -> Iterator[None]:
     except (MissingExtra, FileProblem):
         raise
     except GaitgraphError as error:
-        if not isinstance(source, (str, Path)) or error.file is not None:
+        if not isinstance(source, (str, Path)) or error.path is not None:
             raise
         named = reworded(error, f"{what} {str(source)!r}: {error.message}")
-        named.file = str(source)
+        named.path = str(source)
         raise named from error
 
 
@@ -178,9 +179,8 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
     except OSError as error:
         if isinstance(error, GaitgraphError):
             raise
-        raise FileProblem(
-            f"output {str(path)!r} cannot be written: {error.strerror or error}"
-        ) from error
+        message = f"output {str(path)!r} cannot be written: {error.strerror or error}"
+        raise FileProblem.of(message, error, path) from error
 
 
 def _replace(whole: Path, target: Path) -> None:
@@ -216,9 +216,8 @@ def check_new_files(
             raise
         except (OSError, ValueError) as error:  # a name that the file system refuses
             reason = getattr(error, "strerror", None) or error
-            raise FileProblem(
-                f"output {shown(str(path))} cannot be written: {reason}"
-            ) from error
+            message = f"output {shown(str(path))} cannot be written: {reason}"
+            raise FileProblem.of(message, error, path) from error
 
 
 def _check_new(path: Path, target: Path, *, force: bool, is_folder: bool) -> None:

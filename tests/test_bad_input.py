@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import pickle
 import re
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -53,6 +54,9 @@ from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
 from tests.published import GAITS
 from tests.samples import EXACT
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 NAN, INF = math.nan, math.inf
 NAN_TABLE = gg.Table(columns={f"alpha{k}": np.array([0.1, NAN]) for k in range(1, 5)})
@@ -1058,7 +1062,7 @@ def test_an_error_names_its_file_once() -> None:
     ):
         raise InputError("gait files must be shorter", field="gait")
     assert str(caught.value) == "gait file 'a.toml': gait files must be shorter"
-    assert (caught.value.file, caught.value.field) == ("a.toml", "gait")
+    assert (caught.value.path, caught.value.field) == ("a.toml", "gait")
 
 
 def test_texts_are_angles_in_every_function() -> None:
@@ -1275,3 +1279,32 @@ def test_a_mask_that_hides_nothing_is_no_mask() -> None:
         gg.validate(np.ma.array(rows, mask=np.zeros((3, 4), dtype=bool))).checks
         == plain.checks
     )
+
+
+def test_errors_carry_field_row_value_and_path(tmp_path: Path) -> None:
+    path = tmp_path / "gait.csv"
+    path.write_text("t,alpha1,alpha2,alpha3,alpha4\n0,0.4,-0.4,0.4,-0.4\n1,0.4,x,0,0\n")
+    with pytest.raises(gg.InputError, match="row 2: alpha2 must be") as refused:
+        gg.read_table(path)
+    error = refused.value
+    assert (error.field, error.row, error.value) == ("alpha2", 2, "x")
+    assert error.path == str(path)
+    path.write_text("alpha1,alpha2,alpha3,alpha4\n0.4,-0.4,0.4,-0.4\n4.5,0,0,0\n")
+    with pytest.raises(gg.InputError) as refused:
+        gg.read_table(path)
+    error = refused.value
+    assert (error.field, error.row, error.value) == ("alpha1", 2, 4.5)
+    with pytest.raises(gg.InputError) as refused:
+        gg.plan_loop([(0.1, 0.2)], period=-1)
+    assert refused.value.field == "period"
+
+
+def test_problems_of_files_keep_what_the_system_says(tmp_path: Path) -> None:
+    path = str(tmp_path / "none.csv")
+    with pytest.raises(FileProblem) as refused:
+        gg.read_table(path)
+    assert refused.value.errno == errno.ENOENT
+    assert refused.value.filename == refused.value.path == path
+    with pytest.raises(FileProblem) as refused:
+        write_tables(gg.timing.table_of("gait4"), [f"{'a' * 300}.csv"])
+    assert refused.value.errno == errno.ENAMETOOLONG

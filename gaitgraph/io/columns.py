@@ -273,8 +273,13 @@ def _check_sizes(columns: Mapping[str, Any], wanted: Wanted) -> None:
             limit = f"±π/2 rad (±{HALF_PI!r})"
             if in_degrees(columns[name][k]):
                 hint = f"; in degrees the column is {name}_deg"
-        got = f"{float(columns[name][k])!r}{hint}"
-        raise InputError(f"row {k + 1}: {name} must be within {limit}, got {got}")
+        value = float(columns[name][k])
+        raise InputError(
+            f"row {k + 1}: {name} must be within {limit}, got {value!r}{hint}",
+            field=name,
+            row=k + 1,
+            value=value,
+        )
 
 
 def _notes_on_times(t: FloatArray, about: Mapping[str, Any]) -> list[str]:
@@ -284,7 +289,9 @@ def _notes_on_times(t: FloatArray, about: Mapping[str, Any]) -> list[str]:
         k = int(np.argmax(steps < _SHORTEST_STEP)) + 1
         wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
         got = float(t[k])
-        raise InputError(f"row {k + 1}: {wanted}, got {got!r}", field="t")
+        raise InputError(
+            f"row {k + 1}: {wanted}, got {got!r}", field="t", row=k + 1, value=got
+        )
     if len(t) < 2 or "made_by" in about:  # a command's table has no such times
         return []
     notes = []
@@ -379,7 +386,12 @@ def _numbers(name: str, values: Any, *, angle_texts: bool = False) -> FloatArray
             and isinstance(value, str)
             and value.rstrip().endswith(("deg", "°"))
         )
-        raise InputError(f"row {k + 1}: {name} must be {allowed}, got {got}{hint}")
+        raise InputError(
+            f"row {k + 1}: {name} must be {allowed}, got {got}{hint}",
+            field=name,
+            row=k + 1,
+            value=value,
+        )
     return numbers
 
 
@@ -435,7 +447,10 @@ def _texts(name: str, values: Any) -> tuple[str, ...]:
                     field="color",
                 )
         except InputError as error:
-            raise InputError(f"row {texts.index(text) + 1}: {error}") from error
+            row = texts.index(text) + 1
+            raise InputError(
+                f"row {row}: {error}", field=name, row=row, value=text
+            ) from error
     return tuple(texts)
 
 

@@ -648,7 +648,12 @@ def _check_limits(
         (low, high), unit = joint.bounds, _UNITS[joint.unit][1]
         wanted = f"joint {joint.name!r} must be between {low:.6g} and {high:.6g}{unit}{remedy}"
         got = f"{values[k]:.6g}{unit} (rotor {joint.rotor} at {np.degrees(joint.tilt_of(values[k])):.4g}°)"
-        raise InputError(f"servos {servo_map.name!r}: row {k + 1}: {wanted}, got {got}")
+        raise InputError(
+            f"servos {servo_map.name!r}: row {k + 1}: {wanted}, got {got}",
+            field=joint.column,
+            row=k + 1,
+            value=float(values[k]),
+        )
 
 
 def tilts_from_joints(

@@ -625,7 +625,7 @@ def _refuse_flight(table: Table, file: str | Path | None) -> None:
         advice = f"; gaitgraph plan {name} --output gait.csv writes its gait"
     raise InputError(
         f"gait file {name!r} must be the table of a gait, got that of a flight{advice}",
-        file=name,
+        path=name,
     )
 
 
@@ -663,7 +663,7 @@ def _timed_rows(
     if period is None and len(corners.alpha) > 1 and given.file is not None:
         raise InputError(
             f"gait file {str(given.file)!r} has no column t",
-            file=str(given.file),
+            path=str(given.file),
             advice=Advice("set period= (s)", "set --period SECONDS"),
         )
     stated = table.about.get("law")
