@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
 
 _WHAT = "gait file"
+_AT_ONCE = 65_536  # rows, as objects of Python
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
 _SHARED = ("vehicle", "coefficients", "period", "law")
 """Fields of a request that a saved plan states for its table."""
@@ -115,15 +116,14 @@ def _no_text(line: int, error: csv.Error) -> InputError:
 
 def write_csv(table: Table, path: Path) -> None:
     """Write a new CSV file."""
-    columns = (
-        one.tolist() if isinstance(one, np.ndarray) else one
-        for one in table.columns.values()
-    )
     made_by = chain([provenance_text(table)], repeat(""))
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow([*table.columns, MADE_BY])
-        writer.writerows(zip(*columns, made_by, strict=False))
+        for start in range(0, len(table), _AT_ONCE):
+            some = table.rows(start, start + _AT_ONCE).columns.values()
+            columns = [np.asarray(values).tolist() for values in some]
+            writer.writerows(zip(*columns, made_by, strict=False))
 
 
 _JSON = "it must be an object of columns, a list of rows, or a plan"
@@ -187,13 +187,15 @@ def _columns_of_plan(content: dict[str, Any]) -> RawTable:
 
 def write_json(table: Table, path: Path) -> None:
     """Write a new JSON file: format, version, about, and the columns as lists, each on a line of its own."""
-    heads = [
-        f"  {json.dumps(name)}: {json.dumps(value, allow_nan=False)}"
-        for name, value in provenance_of(table).items()
-    ]
-    columns = [
-        f"    {json.dumps(name)}: {json.dumps(np.asarray(values).tolist(), allow_nan=False)}"
-        for name, values in table.columns.items()
-    ]
-    heads.append('  "columns": {\n' + ",\n".join(columns) + "\n  }")
-    path.write_text("{\n" + ",\n".join(heads) + "\n}\n", encoding="utf-8")
+    with path.open("w", encoding="utf-8") as stream:
+        stream.write("{\n")
+        for name, value in provenance_of(table).items():
+            text = json.dumps(value, allow_nan=False)
+            stream.write(f"  {json.dumps(name)}: {text},\n")
+        stream.write('  "columns": {')
+        between = "\n"
+        for name, values in table.columns.items():
+            text = json.dumps(np.asarray(values).tolist(), allow_nan=False)
+            stream.write(f"{between}    {json.dumps(name)}: {text}")
+            between = ",\n"
+        stream.write("\n  }\n}\n")
