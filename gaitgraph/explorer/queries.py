@@ -28,7 +28,6 @@ from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request
-from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.surface.sheets import (
     COLORS,
@@ -115,7 +114,6 @@ del DEFAULTS["floor"]  # which the page does not let choose
 _NOT_OF_A_REQUEST = ("drag_ratio", "samples", "eta")
 _MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
 _MOST_ROWS = 401  # of a series; a chart has fewer pixels
-_MOST_FRAMES = 101
 _FINE_DIGITS = (
     10  # of values that may be as small as the rounding of the published coefficients
 )
@@ -261,7 +259,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "vertices": loop.path.vertices().tolist(),
         "series": series_answer(alpha, gait, report, t=t, rates=rates),
         "posture": None,
-        "vehicle_view": vehicle_view_answer(alpha, gait.vehicle, t=t),
+        "vehicle_view": vehicle_view_answer(gait.vehicle),
     }
 
 
@@ -285,7 +283,7 @@ def _standing(state: State) -> dict[str, Any]:
         "alpha": to_digits(alpha),
         "shares": to_digits(shares, 5) if holds else [None] * 4,
     }
-    view = vehicle_view_answer(alpha[None], request.vehicle, t=np.zeros(1))
+    view = vehicle_view_answer(request.vehicle)
     return {"posture": posture, "vehicle_view": view}
 
 
@@ -355,18 +353,13 @@ def series_answer(
     }
 
 
-def vehicle_view_answer(
-    alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None
-) -> dict[str, Any]:
-    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames; `bearings` of the arms [rad].
-
-    It has the rotors' `height` in arm lengths unless that is 0.
-    """
-    rows = spread_rows(len(alpha), _MOST_FRAMES)
-    times = (rows + 1).tolist() if t is None else to_digits(t[rows], 9)
-    view = {"t": times, "bearings": to_digits(np.array(vehicle.arm_angles))}
-    raised = {"height": vehicle.height_ratio} if vehicle.rotor_height else {}
-    return vehicle_view(alpha[rows], vehicle).as_mapping() | view | raised
+def vehicle_view_answer(vehicle: Vehicle) -> dict[str, Any]:
+    """Return what a picture of a vehicle needs: bearings of the arms [rad], spins, and the rotors' height in arm lengths."""
+    return {
+        "bearings": to_digits(np.array(vehicle.arm_angles)),
+        "clockwise": (matrices.thrust_signs(vehicle) < 0).tolist(),
+        "height": vehicle.height_ratio,
+    }
 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:

@@ -140,7 +140,7 @@ def table_answer(
         | {"rows": queries.to_digits(1 + some / parts)},
         "vehicle": rows.vehicle.name,
         "map": map_of and map_of | {"coefficients": rows.coefficients.kind},
-        "vehicle_view": queries.vehicle_view_answer(alpha, rows.vehicle, t=t),
+        "vehicle_view": queries.vehicle_view_answer(rows.vehicle),
         "color": gait.color,
         "corners": queries.to_digits(gait.alpha[:_MOST_ROWS]),
         "types": list(gait.types[:_MOST_ROWS]),

@@ -2,7 +2,7 @@
 
 import { HALF_PI, angle, angleFromText, figure, number } from "./angles.js";
 import { byId, html, spoken } from "./elements.js";
-import { numberFrom } from "./state.js";
+import { numberFrom } from "./address.js";
 
 const LABELS = {
   auto: "auto",
@@ -68,7 +68,8 @@ function filled(select, options, onChoose) {
 const labelled = (values) => values.map((value) => [value, LABELS[value] ?? value]);
 
 /**
- * Bind every control. `on` has the functions commit(patch), preview(patch), look(patch), problem(text).
+ * Bind every control. `on` has commit(patch), preview(patch), look(patch), removeWaypoint(index), removePolygon(kind, index),
+ * selectPolygon(kind, index), problem(text).
  *
  * Returns a function that shows a state.
  */
@@ -214,7 +215,7 @@ function bindWaypoints(on) {
         type: "button",
         class: "quiet",
         onclick: () => {
-          on.remove(index);
+          on.removeWaypoint(index);
           (list.querySelectorAll("button")[Math.min(index, state.waypoints.length - 1)] ?? byId("map")).focus();
         },
       },

@@ -74,7 +74,6 @@ export function mapIn(root, on) {
     if (target?.kind === "waypoint") shown.crosshair = [...shown.state.waypoints[target.index]];
     paintPolygons();
     paintWaypoints();
-    on.selected(target);
   }
 
   const isOutside = (point) => point.some((a) => Math.abs(a) > HALF_PI + (6 / view.box().side) * Math.PI);
@@ -327,12 +326,8 @@ export function mapIn(root, on) {
       press = null;
     },
     hasDraft: () => shown.draft.length > 0,
-    showState: view.showState,
-    showPlan: view.showPlan,
-    showTable: view.showTable,
-    showMap: view.showMap,
+    show: view.show,
     showDot: view.showDot,
-    showGhost: view.showGhost,
     phaseAt: view.phaseAt,
     point: view.point,
     repaint: view.repaint,

@@ -2,6 +2,7 @@
 
 import { HALF_PI, angle, clamped, number, snapped } from "./angles.js";
 import { byId, html, svg, themed } from "./elements.js";
+import { drawn, ghostOf, reportOf } from "./store.js";
 import { adviceOf } from "./verdict.js";
 
 const TICKS = [-8, -6, -4, -2, 0, 2, 4, 6, 8].map((n) => (n * Math.PI) / 16);
@@ -50,18 +51,16 @@ export function pictureIn(root) {
   root.append(canvas, picture);
 
   const shown = {
-    state: null,
-    plan: null,
-    table: null,
-    map: null,
-    tab: "plan",
+    page: null, // of the store
+    get state() {
+      return this.page?.state;
+    },
     selected: null, // {kind: "waypoint" | "keep_out" | "keep_in", index}
     mode: "waypoints", // or "keep_out", "keep_in"
     draft: [],
     crosshair: [0, 0],
     keyboard: false,
     hover: null,
-    ghost: null, // the plan of a gait to try
     dot: null, // where the gait is at the time shown
   };
   let size = 0;
@@ -120,7 +119,7 @@ export function pictureIn(root) {
   }
 
   function paintShading() {
-    const data = shown.map;
+    const data = shown.page.background;
     const ratio = window.devicePixelRatio || 1;
     canvas.width = canvas.height = Math.max(1, Math.round(box.side * ratio));
     if (!data || shown.state.view.shading === "none") return;
@@ -167,7 +166,7 @@ export function pictureIn(root) {
   }
 
   function paintRegions() {
-    const visible = shown.map && shown.state.view.regions ? shown.map.regions : [];
+    const visible = shown.page.background && shown.state.view.regions ? shown.page.background.regions : [];
     layers.regions.replaceChildren(
       ...visible.flatMap((region) => {
         const d = region.polygons.map((ring) => line(ring, true)).join("");
@@ -180,12 +179,12 @@ export function pictureIn(root) {
   }
 
   function paintTypes() {
-    const codes = shown.map && shown.state.view.types ? shown.map.types : null;
+    const codes = shown.page.background && shown.state.view.types ? shown.page.background.types : null;
     if (!codes) return layers.types.replaceChildren();
     const { n } = codes;
     const small = box.side < 420;
     const bits = [];
-    const { sheet } = shown.map;
+    const { sheet } = shown.page.background;
     codes.codes.forEach((code, k) => {
       const place2 = [k % n, Math.floor(k / n)];
       if (!code || place2.some((i) => i === 0 || i === n - 1)) return; // as in the paper, the inner nodes
@@ -251,8 +250,8 @@ export function pictureIn(root) {
   }
 
   function paintLoop() {
-    const plan = shown.plan;
-    const faint = shown.tab === "table" ? " faint" : "";
+    const plan = shown.page.plan;
+    const faint = shown.page.tab === "table" ? " faint" : "";
     const others = [];
     const bits = [];
     const corners = [];
@@ -280,16 +279,16 @@ export function pictureIn(root) {
   }
 
   function paintGhost() {
-    const path = shown.ghost?.path;
-    const kind = `ghost ${shown.ghost?.color}`;
-    layers.ghost.replaceChildren(
-      ...(path ? [svg("path", { class: `path ${kind}`, d: line(path, false) }), ...arrows(path, kind)] : []),
-    );
+    const ghost = ghostOf(shown.page);
+    if (!ghost) return layers.ghost.replaceChildren();
+    const kind = `ghost ${ghost.color}`;
+    const loop = svg("path", { class: `path ${kind}`, d: line(ghost.path, false) });
+    return layers.ghost.replaceChildren(loop, ...arrows(ghost.path, kind));
   }
 
   function paintTable() {
-    const table = shown.table;
-    const faint = shown.tab === "table" ? "" : " faint";
+    const table = shown.page.table;
+    const faint = shown.page.tab === "table" ? "" : " faint";
     if (!table) return layers.table.replaceChildren();
     return layers.table.replaceChildren(
       svg("path", { class: `casing${faint}`, d: line(table.path, false) }),
@@ -299,7 +298,7 @@ export function pictureIn(root) {
   }
 
   function paintMarks() {
-    const report = shown.tab === "table" ? shown.table : shown.plan;
+    const report = reportOf(shown.page);
     const broken = new Map();
     const mark = (place, message) => {
       if (!place || !Number.isFinite(place.alpha1) || !Number.isFinite(place.alpha2)) return;
@@ -350,7 +349,7 @@ export function pictureIn(root) {
 
   /** Ring the waypoints that have no gait; an arrow leads from the first to its nearest admissible point. */
   function paintAdvice() {
-    const advice = shown.tab === "plan" ? adviceOf(shown.plan, shown.state.waypoints) : null;
+    const advice = shown.page.tab === "plan" ? adviceOf(shown.page.plan, shown.state.waypoints) : null;
     const { waypoints } = shown.state;
     const bits = (advice?.indices ?? []).map((k) => disc(waypoints[k], 15, "advice-line from"));
     if (advice?.to && bits.length) {
@@ -406,23 +405,43 @@ export function pictureIn(root) {
     );
   }
 
-  function paintAll() {
-    if (!shown.state || !box.side) return;
-    paintGrid();
+  function paintBackground() {
     paintShading();
     paintRegions();
     paintTypes();
+  }
+
+  function paintSet() {
     paintPolygons();
-    paintTable();
-    paintGhost();
-    paintLoop();
     paintWaypoints();
+  }
+
+  function paintAnswers() {
+    paintTable();
+    paintLoop();
     paintMarks();
     paintAdvice();
+  }
+
+  function paintAll() {
+    if (!shown.page || !box.side) return;
+    paintGrid();
+    paintBackground();
+    paintSet();
+    paintAnswers();
+    paintGhost();
     paintDraft();
     paintDot();
     paintCrosshair();
   }
+
+  const parts = [
+    drawn(({ state }) => [state.view], paintAll),
+    drawn(({ background }) => [background], paintBackground),
+    drawn(({ state }) => [state.waypoints, state.keep_out, state.keep_in], paintSet),
+    drawn(({ plan, table, tab }) => [plan, table, tab], paintAnswers),
+    drawn((page) => [ghostOf(page)], paintGhost),
+  ];
 
   // Reading -------------------------------------------------------------------------------------------------------
 
@@ -433,7 +452,7 @@ export function pictureIn(root) {
       return;
     }
     let text = `α1 ${place(point[0])} · α2 ${place(point[1])}`;
-    const data = shown.map;
+    const data = shown.page.background;
     const name = data?.shading === "R" ? "R" : "σ";
     if (data?.sheet === "blue" && shown.state.view.shading !== "none")
       text += data.raised ? " · no gait surface" : ` · ${name} = 0 in exact physics`;
@@ -484,49 +503,18 @@ export function pictureIn(root) {
     paintDraft,
     paintPolygons,
     paintWaypoints,
-    /** Show the state at once: waypoints and polygons; the loop follows when it is planned. */
-    showState(state) {
-      const look = shown.state && JSON.stringify(shown.state.view) !== JSON.stringify(state.view);
-      const first = !shown.state;
-      shown.state = state;
-      const chosen = shown.selected;
-      const count = chosen && (chosen.kind === "waypoint" ? state.waypoints : state[chosen.kind]).length;
-      if (chosen && chosen.index >= count) shown.selected = null;
-      measure();
-      if (first || look) paintAll();
-      else {
-        paintPolygons();
-        paintWaypoints();
-      }
-    },
-    showPlan(plan) {
-      shown.plan = plan;
-      paintLoop();
-      paintMarks();
-      paintAdvice();
-    },
-    showTable(table, tab) {
-      shown.table = table;
-      shown.tab = tab;
-      paintTable();
-      paintLoop();
-      paintMarks();
-      paintAdvice();
-    },
-    showMap(map) {
-      shown.map = map;
-      paintShading();
-      paintRegions();
-      paintTypes();
+    /** Show a page: what is set is there at once, the loop follows when it is planned. */
+    show(page) {
+      shown.page = page;
+      const { selected } = shown;
+      const known = selected?.kind === "waypoint" ? page.state.waypoints : page.state[selected?.kind];
+      if (selected && selected.index >= known.length) shown.selected = null;
+      if (measure()) paintAll();
+      parts.forEach((part) => part(page));
     },
     showDot(point, kind) {
       shown.dot = point && { point, kind };
       paintDot();
-    },
-    /** Show the loop of a gait that is no plan yet; null takes it away. */
-    showGhost(gait) {
-      shown.ghost = gait;
-      paintGhost();
     },
     phaseAt,
     /** Ring a place, for instance where a check was worst; null takes the ring away. */

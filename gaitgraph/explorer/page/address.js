@@ -1,4 +1,4 @@
-// The state of the page: one plain object, its text in the address, and its history for undo.
+// The state as the text of an address, in both directions.
 
 import { HALF_PI, angleFromText, exactText } from "./angles.js";
 
@@ -37,13 +37,9 @@ function choicesOf(setup) {
   };
 }
 
-export function clone(state) {
-  return structuredClone(state);
-}
-
 /** Return the state that a new page starts with. */
 export function startOf(setup) {
-  return { ...clone(setup.defaults), view: { ...VIEW } };
+  return { ...structuredClone(setup.defaults), view: { ...VIEW } };
 }
 
 const pointText = (point) => point.map(exactText).join(",");
@@ -147,79 +143,4 @@ export function stateFrom(hash, setup) {
     }
   }
   return { state, problems };
-}
-
-/** Return what a plan depends on, as a text to compare: everything but the view and the biased gait. */
-export function planKey(state) {
-  const { view: _view, eta: _eta, ...rest } = state;
-  return JSON.stringify(rest);
-}
-
-/**
- * Hold the state with its past and future.
- *
- * `commit` makes one step that can be undone. `preview` changes the state without a step, as while dragging; the next
- * `commit` then makes one step from the state before the first preview. Undo and redo during a preview end it without a
- * step. Undo does not change the view.
- */
-export function historyOf(first, onChange) {
-  let state = first;
-  let before = null;
-  const past = [];
-  const future = [];
-  const isSame = (a, b) => planKey(a) + a.eta === planKey(b) + b.eta;
-
-  function change(next, live) {
-    state = next;
-    onChange(state, { live });
-  }
-
-  function cancel() {
-    if (before) change(before, false);
-    before = null;
-  }
-
-  return {
-    get state() {
-      return state;
-    },
-    isPreview: () => before !== null,
-    canUndo: () => past.length > 0,
-    canRedo: () => future.length > 0,
-    preview(patch) {
-      before ??= state;
-      change({ ...state, ...patch }, true);
-    },
-    commit(patch = {}) {
-      const from = before ?? state;
-      before = null;
-      const next = { ...state, ...patch };
-      if (!isSame(from, next)) {
-        past.push(from);
-        if (past.length > 500) past.shift();
-        future.length = 0;
-      }
-      change(next, false);
-    },
-    cancel,
-    /** End a preview, if there is one: it becomes a step. */
-    settle() {
-      if (before) this.commit();
-    },
-    look(patch) {
-      change({ ...state, view: { ...state.view, ...patch } }, false);
-    },
-    undo() {
-      if (before) return cancel();
-      if (!past.length) return;
-      future.push(state);
-      change({ ...past.pop(), view: state.view }, false);
-    },
-    redo() {
-      if (before) return cancel();
-      if (!future.length) return;
-      past.push(state);
-      change({ ...future.pop(), view: state.view }, false);
-    },
-  };
 }
