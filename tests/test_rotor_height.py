@@ -13,7 +13,7 @@ from scipy.ndimage import label
 
 import gaitgraph as gg
 from gaitgraph.errors import InputError
-from gaitgraph.explorer.queries import map_answer
+from gaitgraph.explorer.map_query import map_answer
 from gaitgraph.invertibility import matrices, segment_bounds as bounds, tilt_margins
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import Bends

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import mimetypes
 import secrets
 import socket
 import sys
 import threading
 import time
-from functools import cache, partial
+from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -22,7 +24,9 @@ from gaitgraph.errors import (
     needs_extra,
     shown,
 )
-from gaitgraph.explorer import queries
+from gaitgraph.explorer.map_query import SHADINGS, map_answer
+from gaitgraph.explorer.queries import diagram_answer, plan_answer
+from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, state_of
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.files import value_from_json
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
@@ -34,6 +38,7 @@ from gaitgraph.vehicle import PAPER, preset_names, vehicle_named
 try:
     import uvicorn
     from starlette.applications import Starlette
+    from starlette.datastructures import Headers, MutableHeaders
     from starlette.exceptions import HTTPException
     from starlette.middleware import Middleware
     from starlette.middleware.trustedhost import TrustedHostMiddleware
@@ -47,19 +52,17 @@ except ImportError as error:
     ) from error
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable, Callable, Mapping
 
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    Check = Callable[..., None]
-    Work = Callable[[Request, bytes, Check], Any]
+    from gaitgraph.explorer.queries import Progress
+
+    Work = Callable[[Request, bytes, Progress], Any]
 
 ADDRESS = "127.0.0.1"
 _PAGE = Path(__file__).parent / "page"
-mimetypes.add_type(
-    "text/javascript", ".js"
-)  # the table of the system may give another type
-_MOST_CONNECTIONS = 400
+mimetypes.add_type("text/javascript", ".js")  # the system may give another type
 
 HEADERS = {
     "content-security-policy": (
@@ -74,8 +77,8 @@ HEADERS = {
 }
 """The headers of every answer: nothing is loaded from elsewhere, framed, sniffed or cached."""
 
-_content = partial(value_from_json, wanted="a query must be a JSON object")
-
+_BYTES = "application/octet-stream"
+_KINDS = ("application/json", _BYTES)  # which a form of another page cannot send
 LONGEST_WORK = 20.0  # time limit for the work on one request [s]
 AT_ONCE = 2  # requests worked on at the same time
 
@@ -84,8 +87,9 @@ class Guard:
     """ASGI middleware that refuses paths without the token and other origins, and adds :data:`HEADERS`."""
 
     def __init__(self, app: ASGIApp, *, token: str, port: int) -> None:
-        self.app, self.token = app, token.encode()
-        self.origins = [f"http://{name}:{port}" for name in ("127.0.0.1", "localhost")]
+        self.app = app
+        self.token = token.encode()
+        self.origins = [f"http://{name}:{port}" for name in (ADDRESS, "localhost")]
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse a request or pass it on."""
@@ -94,32 +98,72 @@ class Guard:
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                own = [
-                    (name.encode(), value.encode()) for name, value in HEADERS.items()
-                ]
-                message = {**message, "headers": [*message.get("headers", ()), *own]}
+                message.setdefault("headers", [])
+                MutableHeaders(scope=message).update(HEADERS)
             await send(message)
 
-        app, origins = (
-            self.app,
-            [
-                value.decode("latin-1")
-                for name, value in scope["headers"]
-                if name == b"origin"
-            ],
-        )
-        first, slash, _ = scope["path"].removeprefix("/").partition("/")
-        if not (slash and secrets.compare_digest(first.encode(), self.token)):
-            app = _refusal(
-                404,
-                "page not found; open the whole address that 'gaitgraph explore' printed",
-            )
-        elif any(origin not in self.origins for origin in origins):
-            app = _refusal(
-                403,
-                f"Origin must be {' or '.join(self.origins)}, got {shown(', '.join(origins))}",
-            )
+        app = self._refusal_of(scope) or self.app
         await app(scope, receive, send_with_headers)
+
+    def _refusal_of(self, scope: Scope) -> Response | None:
+        first, slash, _ = scope["path"].removeprefix("/").partition("/")
+        if not slash or not secrets.compare_digest(first.encode(), self.token):
+            advice = "open the whole address that 'gaitgraph explore' printed"
+            return _refusal(404, f"page not found; {advice}")
+        origins = Headers(scope=scope).getlist("origin")
+        if any(origin not in self.origins for origin in origins):
+            allowed = " or ".join(self.origins)
+            got = shown(", ".join(origins))
+            return _refusal(403, f"Origin must be {allowed}, got {got}")
+        return None
+
+
+def _refusal(
+    status: int, message: str, headers: Mapping[str, str] | None = None
+) -> Response:
+    return JSONResponse({"error": " ".join(message.split())}, status, headers)
+
+
+class Job:
+    """The work on one request, which stops when the client disconnects or the time is over."""
+
+    def __init__(self) -> None:
+        self._is_gone = threading.Event()
+        self._end = math.inf
+
+    def check(self, *_: Any) -> None:
+        """Raise HTTPException if the work is to stop; the progress function of long work."""
+        if self._is_gone.is_set():
+            raise HTTPException(503, "the client disconnected")
+        if time.monotonic() > self._end:
+            limit = f"the query took longer than {LONGEST_WORK:g} s"
+            advice = "use fewer waypoints, polygons or rows, or the command line"
+            raise HTTPException(503, f"{limit}; {advice}")
+
+    def _run(self, work: Callable[[], Any]) -> Any:
+        self._end = time.monotonic() + LONGEST_WORK
+        self.check()
+        answer = work()
+        self.check()  # the work may not have called it for a while
+        return answer
+
+    async def _watch(self, request: Request) -> None:
+        message = await request.receive()
+        while message["type"] != "http.disconnect":
+            message = await request.receive()
+        self._is_gone.set()
+
+    async def answer(
+        self, request: Request, slots: asyncio.Semaphore, work: Callable[[], Any]
+    ) -> Any:
+        """Return what the work returns, done in a thread when a slot is free."""
+        watching = asyncio.ensure_future(self._watch(request))
+        try:
+            async with slots:
+                return await asyncio.to_thread(self._run, work)
+        finally:
+            self._is_gone.set()
+            watching.cancel()
 
 
 async def body_of(request: Request, most: int) -> bytes:
@@ -135,54 +179,41 @@ async def body_of(request: Request, most: int) -> bytes:
     return bytes(body)
 
 
-async def answer_in_thread(
-    request: Request, slots: asyncio.Semaphore, work: Callable[[Check], Any]
-) -> Any:
-    """Run work in a thread when a slot is free; the work stops when the client disconnects or the time is over."""
-    gone = threading.Event()
+def _plan(_: Request, body: bytes, check: Progress) -> Any:
+    return plan_answer(state_of(_content(body)), check)
 
-    async def watch() -> None:
-        while (await request.receive())["type"] != "http.disconnect":
-            pass
-        gone.set()
 
-    def run() -> Any:
-        end = time.monotonic() + LONGEST_WORK
+def _diagram(_: Request, body: bytes, check: Progress) -> Any:
+    return diagram_answer(state_of(_content(body)), check)
 
-        def check(*_: Any) -> None:
-            if gone.is_set():
-                raise HTTPException(503, "the client disconnected")
-            if time.monotonic() > end:
-                advice = "use fewer waypoints, polygons or rows, or the command line"
-                raise HTTPException(
-                    503, f"the query took longer than {LONGEST_WORK:g} s; {advice}"
-                )
 
-        check()
-        answer = work(check)
-        check()  # the work may not have called it for a while
-        return answer
+def _map(_: Request, body: bytes, check: Progress) -> Any:
+    return map_answer(_content(body), check)
 
-    watching = asyncio.ensure_future(watch())
-    try:
-        async with slots:
-            return await asyncio.to_thread(run)
-    finally:
-        gone.set()
-        watching.cancel()
+
+def _table(request: Request, body: bytes, check: Progress) -> Any:
+    return table_answer(request.query_params.get("name", ""), body, check)
+
+
+def _download(_: Request, body: bytes, check: Progress) -> Any:
+    query = _content(body)
+    check_fields("request", query, ("state", "suffix"))
+    state = state_of(query.get("state", {}))
+    name, content = file_answer(state, query.get("suffix", ".csv"), check)
+    headers = {"content-disposition": f"attachment; filename={quote(name)}"}
+    return Response(content, media_type=_BYTES, headers=headers)
+
+
+def _content(body: bytes) -> Any:
+    return value_from_json(body, "a query must be a JSON object")
 
 
 def application(token: str, port: int) -> Starlette:
     """Return the ASGI application; its paths begin with the token, and its origin has the port."""
     slots = asyncio.Semaphore(AT_ONCE)
 
-    def post(
-        name: str,
-        work: Work,
-        size: str = "request_bytes",
-        kind: str = "application/json",
-    ) -> Route:
-        handler = _handler(work, slots, queries.LIMITS[size], kind)
+    def query(name: str, work: Work) -> Route:
+        handler = _handler(work, slots)
         return Route(f"/{token}/api/{name}", handler, methods=["POST"])
 
     app = Starlette(
@@ -190,30 +221,11 @@ def application(token: str, port: int) -> Starlette:
             Route(f"/{token}/", lambda _: FileResponse(_PAGE / "index.html")),
             Mount(f"/{token}/page", StaticFiles(directory=_PAGE)),
             Route(f"/{token}/api/setup", lambda _: JSONResponse(setup_answer())),
-            post(
-                "plan",
-                lambda _, body, check: queries.plan_answer(
-                    queries.state_of(_content(body)), check
-                ),
-            ),
-            post(
-                "diagram",
-                lambda _, body, check: queries.diagram_answer(
-                    queries.state_of(_content(body)), check
-                ),
-            ),
-            post(
-                "map", lambda _, body, check: queries.map_answer(_content(body), check)
-            ),
-            post(
-                "table",
-                lambda request, body, check: table_answer(
-                    request.query_params.get("name", ""), body, check
-                ),
-                "table_bytes",
-                "application/octet-stream",
-            ),
-            post("download", _download),
+            query("plan", _plan),
+            query("diagram", _diagram),
+            query("map", _map),
+            query("table", _table),
+            query("download", _download),
         ],
         middleware=[
             Middleware(Guard, token=token, port=port),
@@ -223,106 +235,83 @@ def application(token: str, port: int) -> Starlette:
                 www_redirect=False,
             ),
         ],
-        exception_handlers={
-            HTTPException: lambda _, error: _refusal(
-                error.status_code, error.detail, error.headers
-            )
-        },
+        exception_handlers={HTTPException: _refused},
     )
     app.router.redirect_slashes = False
     return app
 
 
-def _refusal(
-    status: int, message: str, headers: dict[str, str] | None = None
-) -> Response:
-    return JSONResponse({"error": " ".join(message.split())}, status, headers)
+def _refused(_: Request, error: Any) -> Response:
+    return _refusal(error.status_code, error.detail, error.headers)
 
 
 def _handler(
-    work: Work, slots: asyncio.Semaphore, most: int, kind: str
+    work: Work, slots: asyncio.Semaphore
 ) -> Callable[[Request], Awaitable[Response]]:
     """Return the handler of a POST request: read the body, work in a thread, answer every error in one line."""
 
     async def handle(request: Request) -> Response:
-        stated = (
-            request.headers.get("content-type", "").partition(";")[0].strip().lower()
-        )
-        if stated != kind:
-            return _refusal(415, f"Content-Type must be {kind}, got {shown(stated)}")
+        stated = request.headers.get("content-type", "").partition(";")[0]
+        stated = stated.strip().lower()
+        if stated not in _KINDS:
+            allowed = " or ".join(_KINDS)
+            return _refusal(415, f"Content-Type must be {allowed}, got {shown(stated)}")
+        job = Job()
         try:
-            body = await body_of(request, most)
-            answer = await answer_in_thread(
-                request, slots, lambda check: work(request, body, check)
+            body = await body_of(request, LIMITS["bytes"])
+            answer = await job.answer(
+                request, slots, lambda: work(request, body, job.check)
             )
         except ClientDisconnect:  # nobody reads this
-            return _refusal(
-                400, "the client disconnected before its request was complete"
-            )
+            return _refusal(400, "the client disconnected before its request was whole")
         except HTTPException:
             raise
         except GaitgraphError as error:
             return _refusal(400, str(error))
-        except MemoryError:
-            return _refusal(
-                503, "not enough memory; use fewer waypoints, polygons, samples or rows"
-            )
         except Exception as error:  # a bug of ours ends one request, not the server
             message = " ".join(f"{type(error).__name__}: {error}".split())
-            print(
-                f"gaitgraph: {request.url.path.rpartition('/')[2]}: {message}",
-                file=sys.stderr,
-            )
+            name = request.url.path.rpartition("/")[2]
+            print(f"gaitgraph: {name}: {message}", file=sys.stderr)
             return _refusal(500, f"internal error ({message}); the server continues")
-        return answer if isinstance(answer, Response) else JSONResponse(answer)
+        if isinstance(answer, Response):
+            return answer
+        return JSONResponse(answer)
 
     return handle
-
-
-def _download(_: Request, body: bytes, check: Check) -> Any:
-    query = _content(body)
-    check_fields("request", query, ("state", "suffix"))
-    name, content = file_answer(
-        queries.state_of(query.get("state", {})), query.get("suffix", ".csv"), check
-    )
-    headers = {"content-disposition": f"attachment; filename={quote(name)}"}
-    return Response(content, media_type="application/octet-stream", headers=headers)
 
 
 @cache
 def setup_answer() -> dict[str, Any]:
     """Return the choices, presets, formats, limits, empty state and gaits of the paper for the page."""
-    gaits = {
-        f"Gait {number}": paper_gait(number, PAPER, coefficients_of())
-        for number in PAPER_GAITS.values()
-    }
+    presets = [
+        {"name": name, "drag_ratio": vehicle_named(name).drag_ratio}
+        for name in preset_names()
+    ]
+    choices = {f"{name}s": list(words) for name, words in CHOICES.items()}
     return {
         "version": __version__,
-        "presets": [
-            {"name": name, "drag_ratio": vehicle_named(name).drag_ratio}
-            for name in preset_names()
-        ],
+        "presets": presets,
         "laws": list(LAWS),
-        **{
-            f"{name}s": list(CHOICES[name])
-            for name in ("objective", "color", "sign", "method", "require")
-        },
+        **choices,
         "coefficients": list(KINDS),
-        "shadings": list(queries.SHADINGS),
+        "shadings": list(SHADINGS),
         "formats": formats_answer(),
-        "defaults": queries.DEFAULTS,
-        "limits": queries.LIMITS,
-        "ranges": {name: one._asdict() for name, one in queries.RANGES.items()},
-        "paper_gaits": [
-            {
-                "name": name,
-                "color": gait.color,
-                "sign": "positive" if gait.R[0] > 0 else "negative",
-                "require": "flyable" if gait.color == "red" else "valid",
-                "waypoints": gait.alpha[:, :2].tolist(),
-            }
-            for name, gait in gaits.items()
-        ],
+        "defaults": DEFAULTS,
+        "limits": LIMITS,
+        "ranges": {name: asdict(allowed) for name, allowed in RANGES.items()},
+        "paper_gaits": [_paper_gait(number) for number in PAPER_GAITS.values()],
+    }
+
+
+def _paper_gait(number: int) -> dict[str, Any]:
+    """Return the name of a gait of the paper, and the state that plans it."""
+    gait = paper_gait(number, PAPER, coefficients_of())
+    return {
+        "name": f"Gait {number}",
+        "color": gait.color,
+        "sign": "positive" if gait.R[0] > 0 else "negative",
+        "require": "flyable" if gait.color == "red" else "valid",
+        "waypoints": gait.alpha[:, :2].tolist(),
     }
 
 
@@ -339,11 +328,10 @@ class Server:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             self._socket.bind((ADDRESS, port))
             self._socket.listen(128)
-        except (OSError, OverflowError) as error:
+        except OSError as error:
             self.close()
-            reason = getattr(error, "strerror", None) or error
             raise InputError(
-                f"port must be a free port, or 0 for any, got {port}: {reason}",
+                f"port must be a free port, or 0 for any, got {port}: {error.strerror}",
                 field="port",
             ) from error
         port = int(self._socket.getsockname()[1])
@@ -358,7 +346,6 @@ class Server:
             http="h11",
             ws="none",
             loop="asyncio",
-            limit_concurrency=_MOST_CONNECTIONS,
             timeout_graceful_shutdown=1,
         )
         self._server = uvicorn.Server(config)
@@ -376,12 +363,10 @@ class Server:
 def _warm_up() -> None:
     """Plan once and prepare the regions of the paper's vehicle, so that the first click is fast."""
     setup_answer()
-    for waypoints in (
-        [[0.6, -0.6]],
-        [[0.5, 0.5]],
-    ):  # the first can be planned; the second has no gait
-        state = queries.state_of({"waypoints": waypoints})
-        queries.plan_answer(state)
-        queries.diagram_answer(state)
+    planned, refused = [0.6, -0.6], [0.5, 0.5]
+    for waypoint in (planned, refused):
+        state = state_of({"waypoints": [waypoint]})
+        plan_answer(state)
+        diagram_answer(state)
     for sheet in ("red", "blue"):
-        queries.map_answer({"sheet": sheet, "shading": "R"})
+        map_answer({"sheet": sheet, "shading": "R"})

@@ -90,18 +90,15 @@ class Loop:
         }
 
     @property
-    def _verdict(self) -> str:
-        if self.report.flyable:
-            return "flyable"
-        if self.report.valid:
-            return "obeys the paper's rules, cannot fly"
-        return "breaks the paper's rules"
+    def surface(self) -> str:
+        """The sheet and the sign of R in words, such as "red, R < 0"."""
+        return f"{self.color}, {RELATION[self.sign]}"
 
     def __repr__(self) -> str:
-        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.gait.size_text}, {self._verdict}>"
+        return f"<Loop: {self.surface}, {self.gait.size_text}, {self.report.in_words}>"
 
     def __str__(self) -> str:
-        text = f"{self.color}, {RELATION[self.sign]}, {self.length:.4f} rad: {self._verdict}"
+        text = f"{self.surface}, {self.length:.4f} rad: {self.report.in_words}"
         if self.report.flyable:
             return text
         broken = [check.name for check in self.report.checks if check.mark != "ok"]

@@ -316,6 +316,18 @@ class Report(Pictured):
         return None if is_open else False
 
     @property
+    def in_words(self) -> str:
+        """The verdict in a few words, such as "not flyable, obeys the paper's rules"."""
+        if self.flyable is None:
+            return "undecided"
+        if self.flyable:
+            return "flyable"
+        if self.valid is None:
+            return "not flyable"
+        obeys = "obeys" if self.valid else "breaks"
+        return f"not flyable, {obeys} the paper's rules"
+
+    @property
     def not_judged(self) -> tuple[str, ...]:
         """The conditions of flyable that were not judged, because neither the vehicle nor the file states a limit."""
         judged = {check.name for check in self.checks if check.limit is not None}

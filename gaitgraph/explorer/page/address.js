@@ -95,14 +95,16 @@ export function numberFrom(text, range) {
   return value < range.low || value > range.high || (range.whole && !Number.isInteger(value)) ? null : value;
 }
 
+function ringsFrom(text, limits) {
+  const rings = text.split("~").map((ring) => pointsFrom(ring, limits.corners));
+  if (rings.length > limits.polygons) throw new Wrong(`at most ${limits.polygons} polygons`, rings.length);
+  if (rings.some((ring) => ring.length < 3)) throw new Wrong("polygons of at least 3 corners", text);
+  return rings;
+}
+
 function valueFrom(key, text, setup) {
   if (key === "waypoints") return pointsFrom(text, setup.limits.waypoints);
-  if (POLYGONS.includes(key)) {
-    const rings = text.split("~").map((ring) => pointsFrom(ring, setup.limits.corners));
-    if (rings.length > setup.limits.polygons) throw new Wrong(`at most ${setup.limits.polygons} polygons`, rings.length);
-    if (rings.some((ring) => ring.length < 3)) throw new Wrong("polygons of at least 3 corners", text);
-    return rings;
-  }
+  if (POLYGONS.includes(key)) return ringsFrom(text, setup.limits);
   const choices = choicesOf(setup)[key] ?? VIEW_CHOICES[key];
   if (choices) {
     if (key === "coefficients" && text === "own") return null;

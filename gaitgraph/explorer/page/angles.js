@@ -31,8 +31,9 @@ export function figure(x, digits = 4) {
 }
 
 const multiple = ([n, d]) => {
+  if (n === 0) return "0";
   const head = `${n < 0 ? "−" : ""}${Math.abs(n) === 1 ? "" : Math.abs(n)}π`;
-  return n === 0 ? "0" : d === 1 ? head : `${head}/${d}`;
+  return d === 1 ? head : `${head}/${d}`;
 };
 
 /** Return "−3π/8", or radians with four digits where there is no such multiple. */
@@ -64,10 +65,11 @@ export function exactText(x) {
 /** Return the angle that a text names ("3pi/8", "-3*π/8", "67.5deg", "1.178"), or null. */
 export function angleFromText(text) {
   const plain = text.trim().toLowerCase().replaceAll("−", "-").replaceAll("π", "pi").replaceAll(" ", "");
-  const multiple = /^([+-]?)(\d+(?:\.\d+)?)?\*?pi(?:\/(\d+))?$/.exec(plain);
-  if (multiple) {
-    const value = ((multiple[2] === undefined ? 1 : Number(multiple[2])) * Math.PI) / Number(multiple[3] ?? 1);
-    return Number.isFinite(value) ? (multiple[1] === "-" ? -value : value) : null;
+  const parts = /^([+-]?)(\d+(?:\.\d+)?)?\*?pi(?:\/(\d+))?$/.exec(plain);
+  if (parts) {
+    const [, sign, factor = 1, divisor = 1] = parts;
+    const value = (Number(`${sign}${factor}`) * Math.PI) / Number(divisor);
+    return Number.isFinite(value) ? value : null;
   }
   const degrees = /^([+-]?\d+(?:\.\d+)?)(?:deg|°)$/.exec(plain);
   if (degrees) return tidied((Number(degrees[1]) * Math.PI) / 180);

@@ -61,7 +61,7 @@ async function save(state, suffix, onError) {
 
 /** Fill the menu of formats; `question` returns the state to save. */
 export function bindDownloads(formats, question, onError) {
-  const items = formats.map(({ suffix, name, available, why_not: why }) =>
+  const items = formats.map(({ suffix, name, why_not: why }) =>
     html(
       "li",
       {},
@@ -70,7 +70,7 @@ export function bindDownloads(formats, question, onError) {
         {
           type: "button",
           "data-suffix": suffix,
-          "data-available": available,
+          "data-available": !why,
           disabled: true,
           "aria-describedby": why ? `why${suffix}` : null,
           onclick: () => save(question(), suffix, onError),

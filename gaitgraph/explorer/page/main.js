@@ -207,22 +207,26 @@ function bindPage(setup) {
 
   function bindKeys() {
     addEventListener("keydown", (event) => {
-      const isText = event.target.matches?.("input[type=text]");
-      const isCommand = event.ctrlKey || event.metaKey;
-      if (isText || event.altKey) return;
-      if (isCommand) {
-        const key = event.key.toLowerCase();
-        if (key === "z" && !event.shiftKey) undo();
-        else if (key === "z" || key === "y") redo();
-        else return;
-        event.preventDefault();
-        return;
-      }
-      if (event.target === map.element || map.mode() === "waypoints") return;
-      const isControl = event.target.matches?.("button, summary, select, input");
-      if (event.key === "Escape") map.setMode("waypoints");
-      else if (event.key === "Enter" && map.hasDraft() && !isControl) map.closeDraft();
+      if (event.altKey || event.target.matches?.("input[type=text]")) return;
+      if (event.ctrlKey || event.metaKey) travel(event);
+      else if (event.target !== map.element && map.mode() !== "waypoints") endDraft(event);
     });
+  }
+
+  /** Undo or redo with the keys of the system. */
+  function travel(event) {
+    const key = event.key.toLowerCase();
+    if (key === "z" && !event.shiftKey) undo();
+    else if (key === "z" || key === "y") redo();
+    else return;
+    event.preventDefault();
+  }
+
+  /** End the drawing of a polygon, wherever the focus is. */
+  function endDraft(event) {
+    const isControl = event.target.matches?.("button, summary, select, input");
+    if (event.key === "Escape") map.setMode("waypoints");
+    else if (event.key === "Enter" && map.hasDraft() && !isControl) map.closeDraft();
   }
 
   function bindWelcome() {
@@ -264,12 +268,12 @@ async function copyAddress() {
 /** Let a button open and close a part of the page; only narrow windows show such a button. */
 function bindToggle(id, part) {
   byId(id).addEventListener("click", () => {
-    const open = part.classList.toggle("open");
-    byId(id).setAttribute("aria-expanded", String(open));
+    const isOpen = part.classList.toggle("open");
+    byId(id).setAttribute("aria-expanded", String(isOpen));
   });
 }
 
-async function start() {
+async function begin() {
   bindLines();
   bindMenus();
   bindToggle("menu", byId("tools"));
@@ -292,4 +296,4 @@ async function start() {
   document.documentElement.dataset.ready = "yes";
 }
 
-start();
+begin();

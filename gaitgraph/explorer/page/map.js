@@ -95,9 +95,10 @@ export function mapIn(root, on) {
       press.hit = hitAt(point, event.pointerType);
       if (press.hit) {
         const { kind, index, corner } = press.hit;
-        press.ring = kind === "waypoint" ? null : shown.state[kind][index].map((p) => [...p]);
-        press.grip =
-          kind === "waypoint" ? shown.state.waypoints[index] : corner === undefined ? point : press.ring[corner];
+        if (kind !== "waypoint") {
+          press.ring = shown.state[kind][index];
+          press.grip = press.ring[corner] ?? point;
+        }
         select({ kind, index });
       }
     }
@@ -174,8 +175,8 @@ export function mapIn(root, on) {
   function isBeside({ kind, index }, point) {
     if (kind !== "waypoint") return false;
     const from = shown.state.waypoints[index];
-    const step = (view.box().side / 16) * Number(shown.state.view.snap);
-    return pixels(from, point) > Math.max(REACH.mouse, step / 2);
+    const grid = (view.box().side / 16) * Number(shown.state.view.snap);
+    return pixels(from, point) > Math.max(REACH.mouse, grid / 2);
   }
 
   // A touch that grabs something drags it; any other one scrolls the page. The browser asks before pointermove.
@@ -265,7 +266,8 @@ export function mapIn(root, on) {
   function cycle(by) {
     const count = shown.state.waypoints.length;
     if (!count) return on.say("No waypoints");
-    const from = shown.selected?.kind === "waypoint" ? shown.selected.index : by > 0 ? -1 : 0;
+    const none = by > 0 ? -1 : 0;
+    const from = shown.selected?.kind === "waypoint" ? shown.selected.index : none;
     const index = (from + by + count) % count;
     select({ kind: "waypoint", index });
     paintCrosshair();
@@ -273,29 +275,49 @@ export function mapIn(root, on) {
     return on.say(`Waypoint ${index + 1} of ${count}: α1 ${angle(p)}, α2 ${angle(q)}`);
   }
 
+  function enter() {
+    if (shown.selected) select(null);
+    else on.add([...shown.crosshair], shown.state.waypoints.length);
+  }
+
+  /** Take back the last corner of a drawing, or remove what is chosen; return whether there was such a thing. */
+  function removeAny() {
+    if (shown.mode !== "waypoints") {
+      shown.draft.pop();
+      paintDraft();
+      return true;
+    }
+    if (!shown.selected) return false;
+    const { kind, index } = shown.selected;
+    if (kind === "waypoint") on.remove(index);
+    else on.removePolygon(kind, index);
+    return true;
+  }
+
+  /** End a drag without a change, a drawing, or a choice; return whether there was such a thing. */
+  function escape() {
+    if (press?.moved) {
+      press = null;
+      on.cancel();
+    } else if (shown.mode !== "waypoints") setMode("waypoints");
+    else if (shown.selected) select(null);
+    else return false;
+    return true;
+  }
+
+  const KEYS = {
+    "[": () => cycle(-1),
+    "]": () => cycle(1),
+    Enter: () => (shown.mode === "waypoints" ? enter() : closeDraft()),
+    " ": () => (shown.mode === "waypoints" ? enter() : addCorner([...shown.crosshair])),
+    Delete: removeAny,
+    Backspace: removeAny,
+    Escape: escape,
+  };
+
   function pressed(event) {
-    const drawing = shown.mode !== "waypoints";
     if (event.key in ARROWS) step(ARROWS[event.key], event.shiftKey);
-    else if (event.key === "[" || event.key === "]") cycle(event.key === "]" ? 1 : -1);
-    else if (event.key === "Enter" && drawing) closeDraft();
-    else if (event.key === " " && drawing) addCorner([...shown.crosshair]);
-    else if (event.key === "Enter" || event.key === " ") {
-      if (shown.selected) select(null);
-      else on.add([...shown.crosshair], shown.state.waypoints.length);
-    } else if (event.key === "Delete" || event.key === "Backspace") {
-      if (drawing) {
-        shown.draft.pop();
-        paintDraft();
-      } else if (shown.selected?.kind === "waypoint") on.remove(shown.selected.index);
-      else if (shown.selected) on.removePolygon(shown.selected.kind, shown.selected.index);
-      else return;
-    } else if (event.key === "Escape" && (drawing || shown.selected)) {
-      if (press?.moved) {
-        press = null;
-        on.cancel();
-      } else if (drawing) setMode("waypoints");
-      else select(null);
-    } else return;
+    else if (!(event.key in KEYS) || KEYS[event.key]() === false) return;
     event.preventDefault();
   }
 

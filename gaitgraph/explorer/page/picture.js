@@ -138,7 +138,8 @@ export function pictureIn(root) {
         if (value === null) continue;
         const signed = data.shading === "R";
         const part = Math.sqrt(Math.min(1, Math.abs(value) / reach));
-        const full = signed ? (value < 0 ? colors[0] : colors[1]) : colors[3];
+        const sign = value < 0 ? 0 : 1;
+        const full = colors[signed ? sign : 3];
         const place = 4 * ((n - 1 - row) * n + column);
         for (let k = 0; k < 3; k += 1) image.data[place + k] = colors[2][k] + (full[k] - colors[2][k]) * part;
         image.data[place + 3] = 255;
@@ -158,9 +159,9 @@ export function pictureIn(root) {
     brush.strokeStyle = themed("--line");
     brush.lineWidth = 1.5 * ratio;
     brush.beginPath();
-    for (let at = 0; at < width + height; at += 9 * ratio) {
-      brush.moveTo(at, 0);
-      brush.lineTo(at - height, height);
+    for (let from = 0; from < width + height; from += 9 * ratio) {
+      brush.moveTo(from, 0);
+      brush.lineTo(from - height, height);
     }
     brush.stroke();
   }
@@ -256,13 +257,13 @@ export function pictureIn(root) {
     const bits = [];
     const corners = [];
     plan?.alternatives?.forEach((other) => {
-      others.push(svg("path", { class: `alternative ${other.color}`, d: line(other.path, false) }));
+      others.push(svg("path", { class: `alternative ${other.color}`, d: line(other.corners, true) }));
     });
     if (plan?.status === "planned") {
       const kind = plan.color + faint;
-      bits.push(svg("path", { class: "casing", d: line(plan.path, false) }));
-      bits.push(svg("path", { class: `path ${kind}`, d: line(plan.path, false) }));
-      bits.push(...arrows(plan.path, kind));
+      const d = line(plan.corners, true);
+      bits.push(svg("path", { class: "casing", d }), svg("path", { class: `path ${kind}`, d }));
+      bits.push(...arrows([...plan.corners, plan.corners[0]], kind));
       plan.corners.forEach((corner, k) => {
         const color = plan.colors[k] ?? plan.color;
         // Under a waypoint's ring the marker is made wide enough to be seen around it.
@@ -282,35 +283,39 @@ export function pictureIn(root) {
     const ghost = ghostOf(shown.page);
     if (!ghost) return layers.ghost.replaceChildren();
     const kind = `ghost ${ghost.color}`;
-    const loop = svg("path", { class: `path ${kind}`, d: line(ghost.path, false) });
-    return layers.ghost.replaceChildren(loop, ...arrows(ghost.path, kind));
+    const loop = svg("path", { class: `path ${kind}`, d: line(ghost.corners, true) });
+    return layers.ghost.replaceChildren(loop, ...arrows([...ghost.corners, ghost.corners[0]], kind));
   }
 
   function paintTable() {
     const table = shown.page.table;
     const faint = shown.page.tab === "table" ? "" : " faint";
     if (!table) return layers.table.replaceChildren();
+    const [first, second] = table.series.alpha;
+    const path = first.map((a, k) => [a, second[k]]);
+    const d = line(path, false);
     return layers.table.replaceChildren(
-      svg("path", { class: `casing${faint}`, d: line(table.path, false) }),
-      svg("path", { class: `table-path ${table.color}${faint}`, d: line(table.path, false) }),
-      ...arrows(table.path, table.color + faint),
+      svg("path", { class: `casing${faint}`, d }),
+      svg("path", { class: `table-path ${table.color}${faint}`, d }),
+      ...arrows(path, table.color + faint),
     );
   }
 
   function paintMarks() {
     const report = reportOf(shown.page);
     const broken = new Map();
-    const mark = (place, message) => {
-      if (!place || !Number.isFinite(place.alpha1) || !Number.isFinite(place.alpha2)) return;
-      const key = `${place.alpha1.toFixed(3)},${place.alpha2.toFixed(3)}`;
-      broken.set(key, { place, message: broken.has(key) ? `${broken.get(key).message}\n${message}` : message });
-    };
-    for (const check of report?.checks ?? []) if (check.mark === "no") mark(check.where, check.message);
-    const bits = [...broken.values()].map(({ place, message }) =>
+    for (const { where, message, ok, decided } of report?.checks ?? []) {
+      if (ok || !decided || !where) continue;
+      const [a1, a2] = where.alpha;
+      const key = `${a1.toFixed(3)},${a2.toFixed(3)}`; // several rules may break at one place
+      const messages = broken.get(key)?.messages ?? [];
+      broken.set(key, { a1, a2, messages: [...messages, message] });
+    }
+    const bits = [...broken.values()].map(({ a1, a2, messages }) =>
       svg(
         "g",
-        { class: "broken", transform: `translate(${x(place.alpha1)} ${y(place.alpha2)})` },
-        svg("title", {}, message),
+        { class: "broken", transform: `translate(${x(a1)} ${y(a2)})` },
+        svg("title", {}, messages.join("\n")),
         svg("circle", { class: "place", r: 3 }),
         // Beside its place, so that the number of a waypoint there can be read.
         svg("circle", { cx: 16, cy: -16, r: 8 }),
@@ -378,7 +383,8 @@ export function pictureIn(root) {
   function paintDraft() {
     const bits = [];
     if (shown.draft.length) {
-      const end = shown.hover && !shown.keyboard ? settled(shown.hover) : shown.keyboard ? shown.crosshair : null;
+      const pointed = shown.hover && settled(shown.hover);
+      const end = shown.keyboard ? shown.crosshair : pointed;
       bits.push(
         svg("path", { class: `draft ${shown.mode}`, d: line(end ? [...shown.draft, end] : shown.draft, false) }),
       );
@@ -519,7 +525,7 @@ export function pictureIn(root) {
     phaseAt,
     /** Ring a place, for instance where a check was worst; null takes the ring away. */
     point(where) {
-      layers.pointer.replaceChildren(...(where ? [disc([where.alpha1, where.alpha2], 18, "pointer")] : []));
+      layers.pointer.replaceChildren(...(where ? [disc(where.alpha, 18, "pointer")] : []));
     },
     repaint: paintAll,
   };

@@ -4,7 +4,6 @@ import { angle, inPi, number } from "./angles.js";
 import { byId, html, spoken } from "./elements.js";
 
 const MARKS = { ok: ["✓", "holds"], no: ["✕", "broken"], undecided: ["?", "undecided"] };
-const SIGNS = { positive: "R > 0", negative: "R < 0" };
 const GLYPHS = { yes: "✓", partly: "△", no: "✕" };
 const MOST_OPEN = 12; // corners
 const MOST_CORNERS = 64;
@@ -15,18 +14,24 @@ export function verdictOf(report, advice = null) {
   if (!report || report.status === "empty") return said("none", "No waypoints yet");
   if (report.status === "gone") return said("none", "Not planned yet", "The server does not answer");
   if (report.status === "refused") return said("no", "Wrong input", report.reason);
-  if (report.status === "infeasible") {
-    return said("no", "No gait", inPi(advice?.refusal.message ?? report.reason));
-  }
-  const broken = (report.checks ?? []).filter((check) => check.mark !== "ok").map((check) => check.title);
-  const isPosture = report.corners?.length === 1;
-  const [what, add] = isPosture ? ["One posture, not", "Add a waypoint for a gait. "] : ["Not", ""];
-  if (report.flyable) {
-    return isPosture ? said("none", "One posture", add.trim()) : said("yes", "Flyable", withCaveat(outline(report), report));
-  }
-  const reason = withCaveat(`${add}Broken: ${broken.join(", ")}`, report);
-  if (report.valid) return said("partly", `${what} flyable, obeys the paper’s rules`, reason);
-  return said("no", `${what} flyable, breaks the paper’s rules`, reason);
+  if (report.status === "infeasible") return said("no", "No gait", inPi(advice?.refusal.message ?? report.reason));
+  const isPosture = report.corners.length === 1;
+  if (isPosture && report.flyable) return said("none", "One posture", ADD);
+  const verdict = report.verdict.replaceAll("'", "’");
+  const headline = isPosture ? `One posture, ${verdict}` : verdict[0].toUpperCase() + verdict.slice(1);
+  if (report.flyable) return said("yes", headline, withCaveat(outline(report), report));
+  const broken = report.checks.filter((check) => !check.ok).map(titleOf);
+  const reason = withCaveat(`Broken: ${broken.join(", ")}`, report);
+  return said(report.valid ? "partly" : "no", headline, isPosture ? `${ADD} ${reason}` : reason);
+}
+
+const ADD = "Add a waypoint for a gait.";
+const titleOf = (check) => check.name.replaceAll("_", " ");
+
+/** Return which of MARKS a check has. */
+function markOf(check) {
+  if (check.ok) return "ok";
+  return check.decided ? "no" : "undecided";
 }
 
 function withCaveat(text, report) {
@@ -35,7 +40,7 @@ function withCaveat(text, report) {
 
 function outline(report) {
   const length = Number.isFinite(report.length) ? `length ${angle(report.length)} rad` : `${report.rows} rows`;
-  return [report.color, SIGNS[report.sign], length].filter(Boolean).join(", ");
+  return [report.surface, length].filter(Boolean).join(", ");
 }
 
 /** Return one sentence for screen readers. */
@@ -84,13 +89,13 @@ function folded(key, title, open, ...children) {
 }
 
 function facts(report) {
-  const yesNo = (value) => (value === null || value === undefined ? null : value ? "yes" : "no");
+  const yesNo = (value) => ({ true: "yes", false: "no" })[value];
   const rad = (value) => (Number.isFinite(value) ? `${angle(value)} rad` : null);
   const power = Number.isFinite(report.hover_power)
     ? `${report.hover_power.toFixed(3)} times level hover, over ${report.hover_power_over}`
     : null;
   const rows = [
-    ["sheet", report.color && [report.color, SIGNS[report.sign] ?? report.sign].filter(Boolean).join(", ")],
+    ["sheet", report.surface],
     ["vehicle", report.vehicle],
     ["rows", report.rows === undefined ? null : String(report.rows)],
     ["length", rad(report.length)],
@@ -107,17 +112,17 @@ function facts(report) {
 }
 
 function checkRow(check, onPoint) {
-  const [glyph, words] = MARKS[check.mark] ?? MARKS.undecided;
-  const hasPlace = check.where && Number.isFinite(check.where.alpha1);
+  const mark = markOf(check);
+  const [glyph, words] = MARKS[mark];
   const show = () => onPoint(check.where);
   const hide = () => onPoint(null);
   const events = { onmouseenter: show, onmouseleave: hide, onfocus: show, onblur: hide, onclick: show };
-  const title = hasPlace
-    ? html("button", { type: "button", class: "plain", title: "Show the place on the map", ...events }, check.title)
-    : check.title;
+  const title = check.where
+    ? html("button", { type: "button", class: "plain", title: "Show the place on the map", ...events }, titleOf(check))
+    : titleOf(check);
   return html(
     "li",
-    { class: `check ${check.mark}`, "data-check": check.name },
+    { class: `check ${mark}`, "data-check": check.name },
     html("span", { class: "mark", "aria-hidden": "true" }, glyph),
     html(
       "p",
@@ -133,8 +138,8 @@ function checkRow(check, onPoint) {
 /** Return the checks: those that fail are listed, those that hold are one line to unfold. */
 function checksOf(checks, onPoint) {
   const list = (some) => html("ul", { class: "checks" }, ...some.map((check) => checkRow(check, onPoint)));
-  const passed = checks.filter((check) => check.mark === "ok");
-  const failed = checks.filter((check) => check.mark !== "ok");
+  const passed = checks.filter((check) => check.ok);
+  const failed = checks.filter((check) => !check.ok);
   const title = `✓ ${failed.length ? "" : "All "}${passed.length} checks hold`;
   return [failed.length ? list(failed) : null, passed.length ? folded("passed", title, false, list(passed)) : null];
 }
@@ -180,19 +185,17 @@ function cornersTable(report) {
 function others(report, onTake) {
   if (!report.alternatives?.length) return null;
   const item = (other) => {
-    const rules = other.valid ? "obeys the paper’s rules, cannot fly" : "breaks the paper’s rules";
-    const words = `${other.color}, ${SIGNS[other.sign] ?? "no sign of R"}`;
     const take = html(
       "button",
       { type: "button", class: "quiet", onclick: () => onTake(other) },
       "Take",
-      spoken(` the ${words} loop`),
+      spoken(` the ${other.surface} loop`),
     );
     return html(
       "li",
       { class: "other" },
       html("span", { class: `sheet-key ${other.color}`, "aria-hidden": "true" }),
-      html("span", {}, `${words}, ${angle(other.length)} rad: ${other.flyable ? "flyable" : rules}`),
+      html("span", {}, `${other.surface}, ${angle(other.length)} rad: ${other.verdict}`),
       other.color === "mixed" ? null : take,
     );
   };

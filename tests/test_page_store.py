@@ -1,0 +1,20 @@
+"""The store of the explorer's page under node: tests/page has the tests."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+NODE = shutil.which("node")
+FOLDER = Path(__file__).parent / "page"
+
+
+@pytest.mark.skipif(NODE is None, reason="install node 20 (apt-get install nodejs)")
+def test_the_store_of_the_page() -> None:
+    command = [str(NODE), "--test", *map(str, sorted(FOLDER.glob("*.test.js")))]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout
+    assert "# fail 0" in done.stdout
