@@ -15,6 +15,8 @@ FOLDER = Path(__file__).parent / "page"
 @pytest.mark.skipif(NODE is None, reason="install node 20 (apt-get install nodejs)")
 def test_the_store_of_the_page() -> None:
     command = [str(NODE), "--test", *map(str, sorted(FOLDER.glob("*.test.js")))]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        command, check=False, capture_output=True, text=True, timeout=120
+    )
     assert done.returncode == 0, done.stdout
     assert "# fail 0" in done.stdout
