@@ -601,7 +601,7 @@ TIMED = ("vehicle", "coefficients", "period", "law")
 def check_outputs(paths: Paths, *, force: bool) -> None:
     """Raise before any work is done if a gait cannot be written to one of these files, tables or films."""
     from gaitgraph.io.formats import check_outputs, tables_and_films
-    from gaitgraph.plots.vehicles import check_films
+    from gaitgraph.plots.films import check_films
 
     tables, films = tables_and_films(paths)
     check_outputs(tables, force=force)
@@ -635,7 +635,7 @@ def write_outputs(
 ) -> None:
     """Write a gait to files, tables and films; warn if they lack the rate asked for."""
     from gaitgraph.io.formats import tables_and_films, write_tables
-    from gaitgraph.plots.vehicles import write_films
+    from gaitgraph.plots.films import write_films
 
     tables, films = tables_and_films(paths)
     write_tables(table, tables, force=force)

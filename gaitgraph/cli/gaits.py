@@ -368,7 +368,7 @@ def export_command(
     from gaitgraph.io.exporting import export
     from gaitgraph.io.formats import tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
-    from gaitgraph.plots.vehicles import check_films, write_films
+    from gaitgraph.plots.films import check_films, write_films
     from gaitgraph.validation.report import lines_of_checks
 
     servo_map = None if servos is None else servo_map_named(servos)

@@ -33,7 +33,7 @@ from gaitgraph.explorer.state import LIMITS, State, preset_of, state_of_request
 from gaitgraph.files import naming_file
 from gaitgraph.gait.given import given_gait
 from gaitgraph.io.formats import FORMATS, read_format, unchecked_table, write_tables
-from gaitgraph.plots.vehicles import write_films
+from gaitgraph.plots.films import write_films
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.statement import checked
 from gaitgraph.timing.timed_gait import table_of

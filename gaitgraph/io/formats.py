@@ -119,7 +119,7 @@ FORMATS = {
 """The formats by suffix."""
 
 FILMS = (".gif", ".mp4")
-"""Suffixes of films, which :mod:`gaitgraph.plots.vehicles` writes."""
+"""Suffixes of films, which :mod:`gaitgraph.plots.films` writes."""
 
 
 def tables_and_films(

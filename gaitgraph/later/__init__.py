@@ -24,9 +24,9 @@ if TYPE_CHECKING:
         write_tables as write_tables,
     )
     from gaitgraph.optimization.retargeting import retarget as retarget
+    from gaitgraph.plots.films import write_films as write_films
     from gaitgraph.plots.flights import write_flight as write_flight
     from gaitgraph.plots.gaits import html_of as html_of, plot as plot
-    from gaitgraph.plots.vehicles import write_films as write_films
     from gaitgraph.timing.laws import LawName as LawName
     from gaitgraph.timing.timed_gait import (
         TimedGait as TimedGait,
@@ -58,7 +58,7 @@ else:
             "gaitgraph.optimization.retargeting": ["retarget"],
             "gaitgraph.plots.flights": ["write_flight"],
             "gaitgraph.plots.gaits": ["html_of", "plot"],
-            "gaitgraph.plots.vehicles": ["write_films"],
+            "gaitgraph.plots.films": ["write_films"],
             "gaitgraph.timing.laws": ["LawName"],
             "gaitgraph.timing.timed_gait": ["TimedGait", "checked_clock"],
             "gaitgraph.validation.report": [

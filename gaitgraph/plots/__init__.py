@@ -13,6 +13,7 @@ if TYPE_CHECKING:
         draw as draw,
         write_figures as write_figures,
     )
+    from gaitgraph.plots.films import write_films as write_films
     from gaitgraph.plots.flights import (
         plot_flight as plot_flight,
         write_basins as write_basins,
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
         draw_vehicle as draw_vehicle,
         vehicle_figure as vehicle_figure,
         vehicle_view as vehicle_view,
-        write_films as write_films,
     )
 else:
     __getattr__, __dir__ = lazy_names(
@@ -43,6 +43,7 @@ else:
         {
             "gaitgraph.plots.axes": ["plane_axes"],
             "gaitgraph.plots.figures": ["FIGURES", "draw", "write_figures"],
+            "gaitgraph.plots.films": ["write_films"],
             "gaitgraph.plots.flights": ["plot_flight", "write_basins", "write_flight"],
             "gaitgraph.plots.gaits": [
                 "basin_map",
@@ -61,7 +62,6 @@ else:
                 "draw_vehicle",
                 "vehicle_figure",
                 "vehicle_view",
-                "write_films",
             ],
         },
     )

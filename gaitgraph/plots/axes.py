@@ -44,6 +44,13 @@ PALETTE: dict[str, tuple[str, str]] = {
 R, and verdicts. They are safe for colour-blind readers; markers and dashes say the same without color."""
 
 ROTOR_COLORS = tuple(PALETTE[f"alpha{k}"][0] for k in (1, 2, 3, 4))
+# Opposite rotors have the same angle on the red sheet: they differ in width, so that both curves are visible.
+ROTOR_LOOKS: tuple[dict[str, Any], ...] = (
+    {"color": ROTOR_COLORS[0], "linewidth": 3.4, "linestyle": "-"},
+    {"color": ROTOR_COLORS[1], "linewidth": 3.4, "linestyle": (0, (3, 0.7))},
+    {"color": ROTOR_COLORS[2], "linewidth": 1.6, "linestyle": (0, (5, 2))},
+    {"color": ROTOR_COLORS[3], "linewidth": 1.6, "linestyle": (0, (1, 1.2))},
+)
 RED, BLUE, POSITIVE, NEGATIVE = (
     PALETTE[name][0] for name in ("red", "blue", "shade-positive", "shade-negative")
 )
@@ -202,9 +209,29 @@ def draw_arrow(
     )
 
 
-def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
+def draw_label(
+    ax: Axes, place: Any, text: str, color: str = "black", **look: Any
+) -> Any:
     """Write a text centred on a point."""
-    ax.text(place[0], place[1], text, color=color, ha="center", va="center", zorder=6)
+    centred: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 6}
+    return ax.text(place[0], place[1], text, color=color, **centred | look)
+
+
+def draw_note(ax: Axes, text: str) -> None:
+    """Write in the middle of axes why nothing is drawn on them."""
+    draw_label(ax, (0.5, 0.5), text, GREY, transform=ax.transAxes)
+
+
+def draw_four(ax: Axes, t: Any, values: Any, label: str) -> None:
+    """Draw a curve of each rotor over time [s]; `label` has a place for its number."""
+    for k, look in enumerate(ROTOR_LOOKS):
+        ax.plot(t, values[:, k], label=label.format(k + 1), **look)
+
+
+def draw_limit(ax: Axes, value: float, label: str) -> None:
+    """Draw a limit as a dashed line."""
+    look: dict[str, Any] = {"color": RED, "linewidth": 0.9, "linestyle": "--"}
+    ax.axhline(value, label=label, zorder=1, **look)
 
 
 def check_pictures(

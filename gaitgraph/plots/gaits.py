@@ -53,15 +53,6 @@ if TYPE_CHECKING:
 
     Shown = Gait | TimedGait | Table | Plan | Report | Region | Vehicle
 
-# Opposite rotors have the same angle on the red sheet: they differ in width, so that both curves are visible.
-ANGLE_LOOKS: tuple[dict[str, Any], ...] = tuple(
-    {
-        "color": color,
-        "linewidth": 3.4 if k < 2 else 1.6,
-        "linestyle": ("-", (0, (3, 0.7)), (0, (5, 2)), (0, (1, 1.2)))[k],
-    }
-    for k, color in enumerate(base.ROTOR_COLORS)
-)
 _DASHES: dict[str, Any] = {
     "blue": (0, (3, 1.2)),
     "none": (0, (1, 1)),
@@ -258,8 +249,7 @@ def finish_diagram(ax: Axes) -> None:
 
 def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     """Draw four tilt angles over time [s]."""
-    for k, look in enumerate(ANGLE_LOOKS):
-        ax.plot(time, alpha[:, k], label=rf"$\alpha_{k + 1}$", **look)
+    base.draw_four(ax, time, alpha, r"$\alpha_{}$")
     base.angle_axis(ax.yaxis, r"\alpha_i")
     ax.set(
         xlabel="$t$ (s)",
@@ -389,7 +379,6 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
     )
     alpha = timed.at(t).alpha
     value = matrices.least_singular_value(alpha, vehicle)
-    limit: dict[str, Any] = {"color": base.RED, "linewidth": 0.9, "linestyle": "--"}
     if panel == PANELS[0]:
         plot(gait, ax=ax)
     elif panel == PANELS[1]:
@@ -400,38 +389,19 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
         ax.plot(
             t, value, color="black", linewidth=1.6, label="least singular value, level"
         )
-        ax.axhline(
-            DEFAULT_FLOOR,
-            label=f"floor {DEFAULT_FLOOR:g}",
-            **limit,
-        )
+        base.draw_limit(ax, DEFAULT_FLOOR, f"floor {DEFAULT_FLOOR:g}")
         ax.set(
             ylabel="least singular value",
             ylim=(0.0, max(0.6, 1.1 * float(value.max()))),
         )
     elif value.min() > 1e-3:
-        for k, look in enumerate(ANGLE_LOOKS):
-            ax.plot(
-                t,
-                matrices.hover_thrust_shares(alpha, vehicle)[:, k],
-                label=f"rotor {k + 1}",
-                **look,
-            )
-        ax.axhline(
-            vehicle.thrust_share or math.nan,
-            label="limit" if vehicle.thrust_share else "_",
-            **limit,
-        )
+        shares = matrices.hover_thrust_shares(alpha, vehicle)
+        base.draw_four(ax, t, shares, "rotor {}")
+        if vehicle.thrust_share:
+            base.draw_limit(ax, vehicle.thrust_share, "limit")
         ax.set(ylabel="hover thrust (m·g)", ylim=(min(0.0, ax.get_ylim()[0]), None))
     else:
-        ax.text(
-            0.5,
-            0.5,
-            "singular in level flight",
-            transform=ax.transAxes,
-            ha="center",
-            va="center",
-        )
+        base.draw_note(ax, "singular in level flight")
     if panel not in (PANELS[0], PANELS[3]):
         ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
         ax.grid(True)

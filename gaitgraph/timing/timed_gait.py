@@ -376,7 +376,7 @@ class TimedGait(Pictured):
         later.write_tables(table_of(self), tables, force=force, periods=periods)
 
     def animate(self, *paths: str | Path, force: bool = False) -> None:
-        """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.vehicles.write_films`."""
+        """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.films.write_films`."""
         later.write_films(table_of(self), paths, force=force)
 
     def to_pandas(self) -> Any:
