@@ -221,7 +221,7 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "plots.singular_value_map": lambda one: gg.plots.singular_value_map(one).lines,
     "plots.type_map": lambda one: gg.plots.type_map(vehicle=one).lines,
     "plots.vehicle_figure": lambda one: gg.plots.vehicle_figure(one).lines,
-    "plots.vehicle_view": lambda one: gg.plots.vehicle_view(ROWS, one).arms,
+    "plots.vehicle_view": lambda one: gg.plots.vehicle_view(ROWS[0], one).arms,
     "robustness.singular_curve": lambda one: (
         gg.robustness.singular_curve((-0.8, 0.8, 0.2, 0.3), vehicle=one).normal
     ),

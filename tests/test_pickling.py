@@ -133,7 +133,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "TimedPath": lambda: gg.transition("hover", gait()).timed,
     "Transition": lambda: gg.transition("hover", gait()),
     "Vehicle": lambda: LIMITED,
-    "VehicleView": lambda: gg.plots.vehicle_view(gait().alpha),
+    "VehicleView": lambda: gg.plots.vehicle_view(gait().alpha[0]),
     "Zones": lambda: ZONES,
 }
 OTHERS: dict[str, Callable[[], Any]] = {  # that functions return

@@ -17,8 +17,8 @@ from gaitgraph.flight.basins import Basin, basins_of
 from gaitgraph.flight.engine import quaternions
 from gaitgraph.flight.flight import OUTCOMES, Flight, FlightSettings
 from gaitgraph.flight.simulation import fly
-from gaitgraph.plots import vehicles
-from gaitgraph.plots.flights import flight_view, plot_flight, write_basins, write_flight
+from gaitgraph.plots.films import flight_view
+from gaitgraph.plots.flights import plot_flight, write_basins, write_flight
 from gaitgraph.plots.gaits import OUTCOME_LOOKS, basin_map
 from gaitgraph.plots.vehicles import DEFAULT_VIEW, screen_axes
 from gaitgraph.vehicle import PAPER
@@ -105,12 +105,8 @@ def test_a_plot_marks_a_stop_and_writes_why_nothing_was_flown() -> None:
             plot_flight(refused, axes=axes, panels=panels)
 
 
-def test_files_of_a_flight(
-    tmp_path: Path, levelling: Flight, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_of_a_flight(tmp_path: Path, levelling: Flight) -> None:
     """The same flight gives the same bytes; a film lasts as long as the flight and says at its end how it ended."""
-    monkeypatch.setattr(vehicles, "_FEWEST", 2)
-    monkeypatch.setattr(vehicles, "_DELAY", 100)
     again = fly(gait_of_paper(3).parametrize(1.0), settings=SHORT)
     names = ("a.svg", "a.gif")
     for folder, flight in (("one", levelling), ("two", again)):
@@ -128,7 +124,7 @@ def test_files_of_a_flight(
             film.seek(k)
             lasts.append(film.info["duration"])
             verdicts.append(np.asarray(film.convert("L"))[285:303, 16:140].min() < 100)
-    assert sum(lasts) == 500 + 800
+    assert sum(lasts) == 480 + 800
     assert verdicts == [False] * (len(lasts) - 1) + [True]
     with pytest.raises(gg.InputError, match="nothing was flown"):
         write_flight(fly(gait_of_paper(1).parametrize(1.0)), [tmp_path / "no.gif"])
@@ -190,7 +186,7 @@ def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
         assert PAPER.mass is not None
         weight = PAPER.mass * PAPER.gravity
         shares = np.clip(circling.thrusts[row] / (weight / 4), -2.4, 2.4)
-        pushed = seen.thrusts[0] - seen.discs[0, :, 4:]
+        pushed = seen.tips - seen.centres
         np.testing.assert_allclose(
             pushed, 0.62 * shares[:, None] * (camera @ turned @ axes).T, atol=1e-9
         )

@@ -244,7 +244,6 @@ def test_reprs_of_answers_are_one_line() -> None:
             RED, curves=0
         ),
         "<Loop: red, R < 0, 4 corners": made("plan").loop,
-        "<VehicleView: samples: 1>": gg.plots.vehicle_view([0.0] * 4),
         "<RootArrays: 100 points, 200 roots": gg.surface.root_arrays([0.1] * 100, 0.2),
         "<ServoResponse: error at most 0.": gg.timing.servo_response(RED, 0.02),
         "<Exported: 101 rows, 20 columns>": gg.export(RED, []),

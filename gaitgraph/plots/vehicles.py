@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import angles_from
-from gaitgraph.arrays import freeze_arrays
+from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
 from gaitgraph.plots.axes import ROTOR_COLORS, axes_or_new, draw_arrow, draw_label
@@ -57,7 +57,8 @@ class VehicleView:
         reach = max(_STALK + _THRUST, math.hypot(_STALK, _DISC))
         places = np.concatenate([self.arms, self.labels])
         margins = np.repeat([[reach], [_LABEL]], 4, axis=0)
-        return (places - margins).min(axis=0), (places + margins).max(axis=0)
+        low, high = (places - margins).min(axis=0), (places + margins).max(axis=0)
+        return read_only(low), read_only(high)
 
 
 def screen_axes(view: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
