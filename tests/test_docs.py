@@ -19,7 +19,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.cli import cli, main
 from gaitgraph.io.formats import read_table
-from gaitgraph.plots import vehicles
+from gaitgraph.plots import films
 from gaitgraph.plots.figures import FIGURES
 
 if TYPE_CHECKING:
@@ -103,8 +103,8 @@ def pictures_without_windows_and_films_of_few_frames(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     plt.switch_backend("agg")
-    monkeypatch.setattr(vehicles, "_FEWEST", 2)
-    monkeypatch.setattr(vehicles, "_DELAY", 200)
+    monkeypatch.setattr(films, "_FEWEST", 2)
+    monkeypatch.setattr(films, "RATE", 1)
 
 
 @pytest.mark.parametrize("path", EXAMPLES)

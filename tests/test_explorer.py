@@ -520,7 +520,7 @@ def test_a_certificate_of_the_downloaded_rows_is_offered_or_refused_with_the_rea
 def test_downloads_are_files_and_folders_are_zips(
     client: Client, suffix: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gaitgraph.plots.vehicles._FEWEST", 2)
+    monkeypatch.setattr("gaitgraph.plots.films._FEWEST", 2)
     (listed,) = (one for one in formats_answer() if one["suffix"] == suffix)
     if listed["why_not"]:
         pytest.skip(listed["why_not"])

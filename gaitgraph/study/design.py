@@ -149,8 +149,8 @@ class Case:
 class Study:
     """A study; it holds the content of the files that it named.
 
-    `models` and `sources` are the vehicles and the gaits; `biases` are η, `periods` in s, `roll` and `pitch` the
-    initial attitudes [rad]. With `anyway` gaits fly that would be refused. `count` and `seed` are those of a random
+    `models` and `sources` are the vehicles and the gaits. `bias` is the axis of η, `period` that of T [s], `roll` and
+    `pitch` those of the initial attitude [rad]. With `anyway` gaits fly that would be refused. `count` and `seed` are those of a random
     sample, None for a grid.
 
     >>> study = study_from_mapping({"name": "two", "gaits": ["gait3"], "attitudes": {"roll": [0.1, 0.2]}})
@@ -161,8 +161,8 @@ class Study:
     name: str
     models: tuple[Model, ...]
     sources: tuple[GaitSource, ...]
-    biases: Axis
-    periods: Axis
+    bias: Axis
+    period: Axis
     roll: Axis
     pitch: Axis
     flight: FlightSettings
@@ -180,7 +180,7 @@ class Study:
     @property
     def _shape(self) -> tuple[int, ...]:
         """How many vehicles, gaits, biases, periods, rolls and pitches the grid has."""
-        axes = (self.sources, self.biases, self.periods, self.roll, self.pitch)
+        axes = (self.sources, self.bias, self.period, self.roll, self.pitch)
         return (sum(map(len, self.models)), *map(len, axes))
 
     def __len__(self) -> int:
@@ -219,8 +219,8 @@ class Study:
             model=model,
             varied=varied,
             source=self.sources[gait],
-            bias=self.biases[bias],
-            period=self.periods[period],
+            bias=self.bias[bias],
+            period=self.period[period],
             roll=self.roll[roll],
             pitch=self.pitch[pitch],
         )
@@ -239,7 +239,7 @@ class Study:
             return axis[int(share * len(axis))]
 
         roll, pitch = drawn(self.roll), drawn(self.pitch)
-        period, bias = drawn(self.periods), drawn(self.biases)
+        period, bias = drawn(self.period), drawn(self.bias)
         source, model = drawn(self.sources), drawn(self.models)
         return Case(
             number=number,
@@ -257,7 +257,7 @@ class Study:
         """Estimated time for one process, if each flight is flown to its end [s]."""
         longest = self.flight.seconds
         if self.flight.duration is None:
-            longest = max(longest, *self.periods)
+            longest = max(longest, *self.period)
         return float(len(self) * longest / _SPEED)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -273,7 +273,7 @@ class Study:
             "name": self.name,
             "vehicles": vehicles,
             "gaits": [asdict(source) for source in self.sources],
-            **_plain_axes({"biases": self.biases, "periods": self.periods}),
+            **_plain_axes({"biases": self.bias, "periods": self.period}),
             "attitudes": _plain_axes({"roll": self.roll, "pitch": self.pitch}),
             "flight": self.flight.as_mapping(),
             "anyway": self.anyway,
@@ -356,15 +356,18 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     check_fields("attitudes", attitudes, ("roll", "pitch"))
     stated = {"biases": 1.0, "periods": 1.0, "roll": 0.0, "pitch": 0.0}
     stated |= content | attitudes
-    axes = {
-        name: _axis_of(stated[name], name, checked, random=random)
+    biases, periods, roll, pitch = (
+        _axis_of(stated[name], name, checked, random=random)
         for name, checked in _CHECKED.items()
-    }
+    )
     study = Study(
         name=name,
         models=models,
         sources=sources,
-        **axes,
+        bias=biases,
+        period=periods,
+        roll=roll,
+        pitch=pitch,
         flight=settings_from_mapping(content.get("flight", {})),
         anyway=anyway,
         count=count,
