@@ -260,8 +260,8 @@ class TestOutcomes:
                 "nose points straight up or down at 0.000 s",
             ),
             (
-                flown_by(RED, PAPER.replace(mass=1e20)),
-                {},
+                flown_by(HOVER, PAPER.replace(gravity=1e12)),
+                {"thrust_limit": 1.0},
                 "tumbling",
                 "exceed the range of the physics engine",
             ),

@@ -83,16 +83,9 @@ class TestServos:
 
 def allocated(alpha: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, ...]:
     """Return F·P, N, |P|², P and w of an allocation."""
-    force, direction, squared, thrusts, free = np.split(
-        allocation_of(alpha, vehicle), [9, 12, 13, 25], axis=1
-    )
-    return (
-        force.reshape(-1, 3, 3),
-        direction,
-        squared[:, 0],
-        thrusts.reshape(-1, 4, 3),
-        free,
-    )
+    lifts, thrusts, squared = allocation_of(alpha, vehicle)
+    force = np.swapaxes(lifts[:, :3], 1, 2)
+    return force, lifts[:, 3], squared, thrusts[..., :3], thrusts[..., 3]
 
 
 def nearness(allocation: tuple[FloatArray, ...], vertical: FloatArray) -> FloatArray:

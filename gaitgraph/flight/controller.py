@@ -15,6 +15,9 @@ its pseudo-inverse P and its null direction w (the zero-moment inputs). Thrusts 
 with v the vertical in body axes: the decoupling matrix is singular where P does not exist or v·N = 0. Its distance to
 that follows without division: the squared norm of its inverse is |P|² + (|v·F·P|² + 1)/(v·N)².
 
+**Rotor lag.** A rotor with a time constant follows its command u as Ṫ = (u − T)/lag. Its thrust depends on the commands
+alone, so the controller knows it without measuring, and commands what brings it to the wanted thrust.
+
 **References** in x and y are followed by leaning: at the wanted attitude the force of thrusts without torque, N(α),
 points along the wanted acceleration plus gravity. On the gait surfaces N is along body z and this is the
 attitude–position decoupler of a quadrotor; for a biased gait it generalises that one.
@@ -23,7 +26,7 @@ attitude–position decoupler of a quadrotor; for a biased gait it generalises t
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -38,123 +41,120 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 _MOST_LEAN = math.radians(45.0)
-DIRECTION = slice(9, 12)  # where N is in a row of an allocation
-WANTED = slice(32, 35)  # where the wanted place is in what the controller knows
 
 
-def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> FloatArray:
-    """Return the inverse of the decoupling matrix at tilt angles of shape (n, 4) [rad], shape (n, 29).
+class Motion(NamedTuple):
+    """How a body moves in the world: numbers of one flight, or arrays of many [m, rad, s]; angles are z–y–x."""
 
-    A row has F·P (force per torque, 9 numbers), N (3; it points up where all thrusts can be positive), |P|², P (thrusts
-    along the tilted axes per torque, in units of thrust times arm length, 12), and w (the unit thrusts that make no
-    torque, 4). Where the moment matrix has lost rank, all are zero.
+    x: Any
+    y: Any
+    z: Any
+    roll: Any
+    pitch: Any
+    yaw: Any
+    x_rate: Any
+    y_rate: Any
+    z_rate: Any
+    body_rate_x: Any
+    body_rate_y: Any
+    body_rate_z: Any
+
+
+class Allocation(NamedTuple):
+    """The inverse of the decoupling matrix along a course, at n control steps.
+
+    `lifts` (n, 4, 3) has the force in body axes of a unit torque about each axis, and N, which points up where all
+    thrusts can be positive; `thrusts` (n, 4, 4) has in its columns the thrusts along the tilted axes for these three
+    torques, in units of thrust times arm length, and w; `squared` (n,) is |P|². Where the moment matrix has lost rank,
+    all are zero.
     """
-    both = (
-        part * thrust_signs(vehicle)
+
+    lifts: FloatArray
+    thrusts: FloatArray
+    squared: FloatArray
+
+
+Step = tuple[list[list[float]], list[list[float]], float]
+"""The parts of an allocation at one control step."""
+
+
+class Wanted(NamedTuple):
+    """The reference, and the force in body axes that is to point along the wanted acceleration."""
+
+    place: Sequence[float]
+    velocity: Sequence[float]
+    acceleration: Sequence[float]
+    force: Sequence[float]
+
+
+LEVEL = Wanted(*[(0.0, 0.0, 0.0)] * 4)
+
+
+class Command(NamedTuple):
+    """What the controller wants, and how near the decoupling matrix is to a singular one."""
+
+    thrusts: Sequence[Any]  # of the four rotors [N]
+    along: Any  # v·N, with the sign of the determinant
+    nearness: Any  # between half the least singular value and all of it
+    roll: Any
+    pitch: Any
+
+
+def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> Allocation:
+    """Return the inverse of the decoupling matrix at tilt angles of shape (n, 4) [rad]."""
+    force, moment = (
+        np.moveaxis(part * thrust_signs(vehicle), 0, -1)
         for part in rotor_directions(np.atleast_2d(alpha), vehicle)
     )
-    force, (first, second, third) = (
-        np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in both
-    )
     # The generalised cross product of the rows; without rank it is zero, and all is divided by infinity.
-    free = _across(first, second, third)
+    free = _across(*moment)
     size = np.linalg.norm(free, axis=0)
     size = np.where(size > 1e-12, size, np.inf)
     free /= size
     # Column j of P is normal to w and to the other two rows, and its product with row j is 1.
-    before, after = (
-        np.stack([third, first, second], axis=1),
-        np.stack([second, third, first], axis=1),
-    )
-    thrusts = _across(before, after, free[:, None]) / size
+    first, second, third = moment
+    pairs = (third, second), (first, third), (second, first)
+    columns = [_across(before, after, free) / size for before, after in pairs]
     # w is continuous along the course, so a sign that is right in its first row is right in all.
-    direction = np.einsum("ikn,kn->in", force, free)
-    sign = -1.0 if direction[2, 0] < 0 else 1.0
-    squared = np.sum(thrusts**2, axis=(0, 1))
-    parts = (
-        np.einsum("ikn,kjn->ijn", force, thrusts),
-        sign * direction,
-        squared,
-        thrusts,
-        sign * free,
-    )
-    return np.vstack([part.reshape(-1, len(size)) for part in parts]).T
+    if force[2, :, 0] @ free[:, 0] < 0.0:
+        free = -free
+    thrusts = np.stack([*columns, free], axis=1)
+    lifts = np.einsum("ikn,kjn->nji", force, thrusts)
+    squared = np.sum(thrusts[:, :3] ** 2, axis=(0, 1))
+    return Allocation(lifts, np.moveaxis(thrusts, -1, 0).copy(), squared)
 
 
 def _across(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Return the vectors normal to three, of shapes (4, ..., n); their products with others d are det(d, a, b, c)."""
+    """Return the vectors normal to three, of shapes (4, n); their products with others d are det(d, a, b, c)."""
     even = (1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)
-    turns = [((i, j, k), (j, k, i), (k, i, j)) for i, j, k in even]
-    return np.stack(
-        [
-            sum(a[i] * (b[j] * c[k] - b[k] * c[j]) for i, j, k in three)
-            for three in turns
-        ]
-    )
+    return np.stack([
+        a[i] * (b[j] * c[k] - b[k] * c[j])
+        + a[j] * (b[k] * c[i] - b[i] * c[k])
+        + a[k] * (b[i] * c[j] - b[j] * c[i])
+        for i, j, k in even
+    ])  # fmt: skip
 
 
-def observed(
-    place: Any, speed: Any, noise: Sequence[float] | None, functions: Any = math
-) -> tuple[Any, ...]:
-    """Return what is true and what sensors measure of a place with a quaternion, and a velocity with body rates.
-
-    These are: place, roll, pitch, yaw, velocity and body rates, twelve numbers, first the true ones, then the measured;
-    the measured vertical in body axes, with the cosine of the pitch; and the sizes of body rates and place, as sums.
-    """
-    x, y, z, qw, qx, qy, qz, *_ = place
-    vx, vy, vz, p, q, r, *_ = speed
-    v1, v2, v3 = (
-        2 * (qx * qz - qw * qy),
-        2 * (qy * qz + qw * qx),
-        1 - 2 * (qx * qx + qy * qy),
-    )
-    level = functions.sqrt(v2 * v2 + v3 * v3)
-    yaw = functions.atan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
-    state = measured = (
-        x,
-        y,
-        z,
-        functions.atan2(v2, v3),
-        functions.atan2(-v1, level),
-        yaw,
-        vx,
-        vy,
-        vz,
-        p,
-        q,
-        r,
-    )
-    if noise is not None:
-        measured = tuple([a + b for a, b in zip(state, noise, strict=True)])
-        roll, pitch = measured[3:5]
-        level = functions.cos(pitch)
-        v1, v2, v3 = (
-            -functions.sin(pitch),
-            functions.sin(roll) * level,
-            functions.cos(roll) * level,
-        )
-    return (
-        state,
-        measured,
-        (v1, v2, v3, level),
-        abs(p) + abs(q) + abs(r),
-        abs(x) + abs(y) + abs(z),
-    )
+def motion_of(
+    place: Sequence[Any], speed: Sequence[Any], functions: Any = math
+) -> Motion:
+    """Return the motion of a body from the engine's position and quaternion, and its velocity and body rates."""
+    x, y, z, qw, qx, qy, qz = place[:7]
+    across, ahead = qy * qz + qw * qx, qw * qy - qx * qz
+    up = 0.5 - (qx * qx + qy * qy)
+    roll = functions.atan2(across, up)
+    pitch = functions.atan2(ahead, functions.sqrt(across * across + up * up))
+    yaw = functions.atan2(qx * qy + qw * qz, 0.5 - (qy * qy + qz * qz))
+    return Motion(x, y, z, roll, pitch, yaw, *speed[:6])
 
 
 def controller_of(
     settings: FlightSettings, vehicle: Vehicle, functions: Any = math
-) -> Callable[..., tuple[Any, ...]]:
-    """Return the controller of a flight, to be called at every control step.
+) -> Callable[[Motion, Step, Wanted], Command]:
+    """Return the controller of a flight, to be called with what is measured and known at every control step.
 
-    It takes the measured place, roll, pitch, yaw, velocity and body rates, twelve numbers; the vertical in body axes
-    and the cosine of the pitch, four numbers; and what is known before the flight, 39 numbers: a row of
-    :func:`allocation_of`, the direction N to lean by, and the wanted (x, y, z, ẋ, ẏ, ẍ, ÿ). It returns four thrusts
-    [N]; v·N, which has the determinant's sign; the square of a number between half the least singular value and all of
-    it; and the wanted roll and pitch. The thrusts mean nothing where that number or the cosine is zero.
-
-    The measured numbers may be arrays of many flights, with `functions` of numpy. One flight uses plain numbers, which
-    are more than ten times quicker than arrays of one.
+    The motion may have arrays of many flights, with `functions` of numpy; one flight uses plain numbers, which are ten
+    times quicker than arrays of one. Thrusts mean nothing where the nearness is zero.
     """
     mass, (ix, iy, iz), length = vehicle.require(
         "mass", "inertia", "arm_length", purpose="flight"
@@ -164,64 +164,46 @@ def controller_of(
     kp_z, kd_z = settings.altitude_stiffness, settings.altitude_damping
     kp_x, kd_x = settings.position_stiffness, settings.position_damping
     tracks = settings.reference != "attitude"
-    # Of the torque over the arm length.
-    i1, i2, i3 = ix / length, iy / length, iz / length
-    j1, j2, j3 = (iz - iy) / length, (ix - iz) / length, (iy - ix) / length
+    sin, cos, sqrt = functions.sin, functions.cos, functions.sqrt
 
-    def thrusts(
-        state: Sequence[Any], vertical: Sequence[Any], known: Sequence[float]
-    ) -> tuple[Any, ...]:
-        x, y, z, roll, pitch, yaw, vx, vy, vz, p, q, r = state
-        v1, v2, v3, cp = vertical
-        (
-            f1, f2, f3, f4, f5, f6, f7, f8, f9, n1, n2, n3, squared,
-            b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, b11, b12, e1, e2, e3, e4,
-            l1, l2, l3, xd, yd, zd, ux, uy, ax, ay,
-        ) = known  # fmt: skip
+    def command(motion: Motion, allocation: Step, wanted: Wanted) -> Command:
+        lifts, thrusts_of, squared = allocation
+        x, y, z, roll, pitch, yaw, vx, vy, vz, p, q, r = motion
+        sr, cr, sp, cp = sin(roll), cos(roll), sin(pitch), cos(pitch)
         # The decoupling matrix's distance to a singular one.
-        g1, g2, g3 = (
-            v1 * f1 + v2 * f4 + v3 * f7,
-            v1 * f2 + v2 * f5 + v3 * f8,
-            v1 * f3 + v2 * f6 + v3 * f9,
-        )
-        along = v1 * n1 + v2 * n2 + v3 * n3
+        v2, v3 = sr * cp, cr * cp
+        g1, g2, g3, along = [v2 * b + v3 * c - sp * a for a, b, c in lifts]
         near = along * along
-        near = near / (squared * near + g1 * g1 + g2 * g2 + g3 * g3 + 1.0)
+        across = g1 * g1 + g2 * g2 + g3 * g3 + 1.0
+        nearness = sqrt(near / (squared * near + across))
         # The wanted attitude.
         roll_d = pitch_d = 0.0
         if tracks:
-            ax = ax + kp_x * (xd - x) + kd_x * (ux - vx)
-            ay = ay + kp_x * (yd - y) + kd_x * (uy - vy)
-            roll_d, pitch_d = wanted_attitude(ax, ay, gravity, yaw, (l1, l2, l3))
-        # Rates of the Euler angles, their wanted accelerations, and the torque and lift for these.
-        level = cp + (cp == 0.0)  # nothing is divided by zero, here and below
-        sp, sr, cr = -v1, v2 / level, v3 / level
+            (xd, yd, _), (ux, uy, _), (ax, ay, _), force = wanted
+            ax += kp_x * (xd - x) + kd_x * (ux - vx)
+            ay += kp_x * (yd - y) + kd_x * (uy - vy)
+            roll_d, pitch_d = wanted_attitude(ax, ay, gravity, yaw, force)
+        # Rates of the Euler angles, and their wanted accelerations.
         turn = q * sr + r * cr
-        yaw_rate = turn / level
+        yaw_rate = turn / cp
         roll_rate, pitch_rate = p + yaw_rate * sp, q * cr - r * sr
         a1 = kp * (roll_d - roll) - kd * roll_rate
         a2 = kp * (pitch_d - pitch) - kd * pitch_rate
         a3 = -kp * yaw - kd * yaw_rate
         # ω̇ in the body: along x, and along the other two axes before the roll turns them.
-        ahead = a2 + turn * roll_rate
-        upright = a3 * cp - pitch_rate * (yaw_rate * sp + roll_rate)
-        t1 = i1 * (a1 - a3 * sp - turn * pitch_rate) + j1 * (q * r)
-        t2 = i2 * (ahead * cr + upright * sr) + j2 * (r * p)
-        t3 = i3 * (upright * cr - ahead * sr) + j3 * (p * q)
-        lift = mass * (gravity + kp_z * (zd - z) - kd_z * vz)
-        scale = (lift - g1 * t1 - g2 * t2 - g3 * t3) / (along + (along == 0.0))
-        return (
-            b1 * t1 + b2 * t2 + b3 * t3 + scale * e1,
-            b4 * t1 + b5 * t2 + b6 * t3 + scale * e2,
-            b7 * t1 + b8 * t2 + b9 * t3 + scale * e3,
-            b10 * t1 + b11 * t2 + b12 * t3 + scale * e4,
-            along,
-            near,
-            roll_d,
-            pitch_d,
-        )
+        forward = a1 - a3 * sp - turn * pitch_rate
+        left = a2 + turn * roll_rate
+        upward = a3 * cp - pitch_rate * (yaw_rate * sp + roll_rate)
+        # The torque over the arm length, and the lift.
+        t1 = (ix * forward + (iz - iy) * q * r) / length
+        t2 = (iy * (left * cr + upward * sr) + (ix - iz) * r * p) / length
+        t3 = (iz * (upward * cr - left * sr) + (iy - ix) * p * q) / length
+        lift = mass * (gravity + kp_z * (wanted.place[2] - z) - kd_z * vz)
+        free = (lift - g1 * t1 - g2 * t2 - g3 * t3) / (along + (along == 0.0))
+        thrusts = [a * t1 + b * t2 + c * t3 + d * free for a, b, c, d in thrusts_of]
+        return Command(thrusts, along, nearness, roll_d, pitch_d)
 
-    return thrusts
+    return command
 
 
 def wanted_attitude(

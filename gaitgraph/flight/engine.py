@@ -12,9 +12,9 @@ import math
 import os
 from contextlib import contextmanager
 from copy import copy
-from functools import lru_cache
+from functools import cache, lru_cache
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -33,8 +33,11 @@ _LIGHT = 1e-6  # default inertia of an arm, as a share of the vehicle's least mo
 _STIFF = 0.3  # natural frequency of the actuators that hold the hinges, per step of the engine
 _BOX = 0.05  # size of an arm's box of equal inertia, as a share of the arm's length
 _MOST_ARM_MASS = 0.02  # as a share of the vehicle's mass
+_FLIGHTS_OF_A_THREAD = 64  # or more
+START = 1.0  # s, the engine's time at the start of a flight
 
 
+@cache
 def mujoco_library() -> Any:
     """Return the module mujoco, or raise MissingExtra."""
     try:
@@ -53,10 +56,7 @@ def mujoco_library() -> Any:
 
 
 _lock = Lock()
-_warnings: list[str] = []  # of all engines during flights
-_handlers: list[
-    Any
-] = []  # the original handler of warnings, once for each flight in progress
+_handlers: list[Any] = []  # the original one of warnings, for each flight in progress
 
 
 @lru_cache(maxsize=8)
@@ -65,23 +65,33 @@ def _compiled(text: str) -> Any:
 
 
 @contextmanager
-def engine_warnings() -> Iterator[list[str]]:
-    """Collect the warnings of all engines in one list; by default the engine writes a file in the working folder.
+def engine_warnings() -> Iterator[None]:
+    """Ignore the warnings of all engines, of which each would write a file into the working folder.
 
     The original handler of warnings is restored after the last flight of the process.
     """
     mujoco = mujoco_library()
     with _lock:
         _handlers.append(_handlers[0] if _handlers else mujoco.get_mju_user_warning())
-        mujoco.set_mju_user_warning(_warnings.append)
+        mujoco.set_mju_user_warning(lambda _: None)
     try:
-        yield _warnings
+        yield
     finally:
         with _lock:
             before = _handlers.pop()
             if not _handlers:
                 mujoco.set_mju_user_warning(before)
-                _warnings.clear()
+
+
+class State(NamedTuple):
+    """The states of many vehicles in the engine: arrays whose last axis is that of the vehicles [SI, rad]."""
+
+    time: Any  # from START on; it starts again at zero where the engine gives up
+    place: Any  # position, and quaternion (w, x, y, z)
+    tilts: Any
+    speed: Any  # velocity in the world, and angular velocity in the body
+    tilt_rates: Any
+    thrusts: Any  # that the rotors have reached; empty without a rotor lag
 
 
 class Engine:
@@ -100,13 +110,10 @@ class Engine:
     millionths of the least moment about that axis, since the body without the arms must be rigid too.
     """
 
-    __slots__ = ("_bad", "data", "model", "mujoco")
-
     def __init__(
         self, vehicle: VehicleLike, *, step: float = 1e-3, air: bool = False
     ) -> None:
         vehicle = vehicle_named(vehicle)
-        self.mujoco = mujoco_library()
         text = mjcf_of(vehicle, step=step, air=air)
         try:
             self.model = copy(_compiled(text))
@@ -117,31 +124,11 @@ class Engine:
                 f"{rule}, got those of {vehicle.name!r} ({reason})"
             ) from None
         self.data = self.mujoco.MjData(self.model)
-        self._watch()
-
-    def __getstate__(self) -> tuple[Any, Any]:
-        return self.model, self.data
-
-    def __setstate__(self, state: tuple[Any, Any]) -> None:
-        self.mujoco = mujoco_library()
-        self.model, self.data = state
-        self._watch()
-
-    def _watch(self) -> None:
-        """Keep the engine's warnings about states and inputs that are not finite or too large."""
-        kinds = self.mujoco.mjtWarning
-        bad = (
-            kinds.mjWARN_BADQPOS,
-            kinds.mjWARN_BADQVEL,
-            kinds.mjWARN_BADQACC,
-            kinds.mjWARN_BADCTRL,
-        )
-        self._bad = tuple(self.data.warning[int(kind)] for kind in bad)
 
     @property
-    def gave_up(self) -> bool:
-        """Whether a thrust or a motion exceeded 1e10 (SI) since :meth:`place`; later states are invalid."""
-        return any(warning.number for warning in self._bad)
+    def mujoco(self) -> Any:
+        """The module mujoco."""
+        return mujoco_library()
 
     def place(
         self,
@@ -155,12 +142,23 @@ class Engine:
         """Put the vehicle at rest at the origin, with an attitude [rad], tilt angles [rad] and tilt rates [rad/s]."""
         data = self.data
         self.mujoco.mj_resetData(self.model, data)
+        data.time = START
         data.qpos[:3] = 0.0
         data.qpos[3:7] = quaternions(roll, pitch, yaw)
         data.qpos[7:] = alpha
         data.qvel[6:] = rates
         data.ctrl[4:] = alpha
         self.mujoco.mj_forward(self.model, data)
+
+    @property
+    def gave_up(self) -> bool:
+        """Whether an acceleration exceeded 1e10 (SI) since :meth:`place`; later states are invalid."""
+        return bool(self.data.time < START)
+
+    @property
+    def lags(self) -> bool:
+        """Whether the rotors lag behind their commands."""
+        return bool(self.model.na)
 
     def servo_commands(self, alpha: FloatArray) -> FloatArray:
         """Return the actuators' commands [rad], shape (n, 4), that put the hinges at angles of shape (n + 1, 4) [rad].
@@ -174,6 +172,73 @@ class Engine:
         return np.asarray(
             alpha[:-1] + ((1.0 + 2.0 * _STIFF) * moved - before) / _STIFF**2
         )
+
+
+class Fleet:
+    """Copies of a vehicle in an engine that fly side by side on all cores, from attitudes of shape (n, 2) [rad].
+
+    What they do does not depend on the number of cores. Use it in a ``with`` statement, which ends its threads.
+    """
+
+    def __init__(self, engine: Engine, attitudes: FloatArray) -> None:
+        from mujoco.rollout import Rollout
+
+        data, model, kinds = engine.data, engine.model, engine.mujoco.mjtState
+        state = np.concatenate([[data.time], data.qpos, data.qvel, data.act])
+        self._model = model
+        self._rows = np.tile(state, (len(attitudes), 1))
+        self._rows[:, 4:8] = quaternions(*attitudes.T)
+        self._inputs = kinds.mjSTATE_CTRL.value | kinds.mjSTATE_QFRC_APPLIED.value
+        self._threads = max(
+            min(os.cpu_count() or 1, len(attitudes) // _FLIGHTS_OF_A_THREAD), 1
+        )
+        self._copies = [engine.mujoco.MjData(model) for _ in range(self._threads)]
+        self._pool = Rollout(nthread=self._threads if self._threads > 1 else 0)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.close()
+
+    def state(self) -> State:
+        """Return the states of all, as a copy."""
+        sizes = np.cumsum([1, 7, 4, 6, 4])
+        time, *rest = np.split(np.ascontiguousarray(self._rows.T), sizes)
+        return State(time[0], *rest)
+
+    def spin_rotors(self, thrusts: FloatArray) -> None:
+        """Let rotors with a lag have reached thrusts of shape (4, n) [N]."""
+        self._rows[:, 22:] = thrusts.T
+
+    def keep(self, going: npt.NDArray[np.bool_]) -> None:
+        """Go on with some of the flights."""
+        self._rows = self._rows[going]
+
+    def advance(
+        self, thrusts: FloatArray, hinges: FloatArray, torque: Any = None
+    ) -> None:
+        """Step with thrusts of shape (4, n) [N], servo commands of each step (m, 4) [rad], and torques (3, n) [N m]."""
+        count, steps, model = len(self._rows), len(hinges), self._model
+        inputs = np.zeros((count, steps, model.nu + model.nv))
+        inputs[:, :, :4] = thrusts.T[:, None]
+        inputs[:, :, 4 : model.nu] = hinges
+        if torque is not None:
+            turning = slice(model.nu + 3, model.nu + 6)  # after the forces on the body
+            inputs[:, :, turning] = np.transpose(torque)[:, None]
+        moved = np.empty((count, steps, self._rows.shape[1]))
+        self._pool.rollout(
+            [model] * count,
+            self._copies,
+            np.ascontiguousarray(self._rows),
+            inputs,
+            state=moved,
+            control_spec=self._inputs,
+            nstep=steps,
+            skip_checks=True,
+            chunk_size=max(count // (2 * self._threads), 1),
+        )
+        self._rows = moved[:, -1]
 
 
 def quaternions(

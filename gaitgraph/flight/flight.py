@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -363,24 +363,6 @@ class Flight:
     reason: str
     settling_time: float | None
     warnings: tuple[str, ...] = ()
-    peak_tilt: float | None = (
-        None  # largest angle between body z and the vertical [rad]
-    )
-    peak_thrust: float | None = None  # of a rotor [N]
-    peak_thrust_share: float | None = None  # the same over a quarter of the weight
-    saturated_fraction: float | None = (
-        None  # part of the control steps at which a thrust was cut to its limits
-    )
-    energy: float | None = (
-        None  # of the rotors against their drag [J]; None without a thrust coefficient too
-    )
-    drift: float | None = None  # distance of the end from the start in the plane [m]
-    tracking_error: float | None = (
-        None  # largest distance from the reference [m]; None where x and y are not held
-    )
-    # The largest errors while the gait runs, take-off and landing in hover left out: "attitude", of roll or pitch
-    # [rad], "yaw" [rad], "altitude" [m]; None if it never ran.
-    gait_errors: dict[str, float] | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -419,6 +401,12 @@ class Flight:
         """Return one of :data:`COLUMNS`, shape (n,)."""
         return self.rows[:, _AT[name]]
 
+    def error(self, name: str) -> FloatArray:
+        """Return the difference of a column and what is wanted of it, zero for yaw, shape (n,)."""
+        if name == "yaw":
+            return self.column(name)
+        return np.asarray(self.column(name) - self.column(f"{name}_wanted"))
+
     @property
     def alpha(self) -> FloatArray:
         """The tilt angles, shape (n, 4) [rad]."""
@@ -437,12 +425,79 @@ class Flight:
     @property
     def least_singular_value(self) -> float | None:
         """The least singular value at the control steps, dimensionless."""
+        if not len(self.rows):
+            return None
         roll, pitch = self.column("roll"), self.column("pitch")
-        return (
-            float(least_singular_value(self.alpha, self.vehicle, roll, pitch).min())
-            if len(self.rows)
-            else None
+        return float(least_singular_value(self.alpha, self.vehicle, roll, pitch).min())
+
+    @property
+    def peak_tilt(self) -> float | None:
+        """The largest angle between body z and the vertical [rad]."""
+        if not len(self.rows):
+            return None
+        upright = np.cos(self.column("roll")) * np.cos(self.column("pitch"))
+        return float(np.arccos(np.clip(upright.min(), -1.0, 1.0)))
+
+    @property
+    def peak_thrust(self) -> float | None:
+        """The largest thrust of a rotor [N]."""
+        return float(np.abs(self.thrusts).max()) if len(self.rows) else None
+
+    @property
+    def peak_thrust_share(self) -> float | None:
+        """The largest thrust of a rotor over a quarter of the weight."""
+        mass, gravity = self.vehicle.mass, self.vehicle.gravity
+        if self.peak_thrust is None or mass is None:
+            return None
+        return 4.0 * self.peak_thrust / (mass * gravity)
+
+    @property
+    def saturated_fraction(self) -> float | None:
+        """The part of the control steps at which a thrust is at its limits."""
+        return float(self.column("saturated").mean()) if len(self.rows) else None
+
+    @property
+    def energy(self) -> float | None:
+        """The energy of the rotors against their drag [J]; None without a thrust coefficient too."""
+        coefficient = self.vehicle.thrust_coefficient
+        drag = self.vehicle.drag_to_thrust
+        if coefficient is None or drag is None or len(self.rows) < 2:
+            return None
+        thrusts = np.abs(self.thrusts)
+        powers = np.array(drag) * thrusts * np.sqrt(thrusts / coefficient)
+        return float(np.sum(powers.sum(axis=1)[:-1] * np.diff(self.column("t"))))
+
+    @property
+    def drift(self) -> float | None:
+        """The distance of the end from the start in the plane [m]."""
+        if not len(self.rows):
+            return None
+        return float(np.hypot(self.column("x")[-1], self.column("y")[-1]))
+
+    @property
+    def tracking_error(self) -> float | None:
+        """The largest distance from the reference [m]; None where x and y are not held."""
+        if not len(self.rows) or self.settings.reference == "attitude":
+            return None
+        errors = [self.error(name) for name in "xyz"]
+        return float(np.linalg.norm(errors, axis=0).max())
+
+    @property
+    def gait_errors(self) -> dict[str, float] | None:
+        """The largest errors while the gait runs, hover and its transitions left out; None if it never ran.
+
+        These are "attitude", of roll or pitch [rad], "yaw" [rad], and "altitude" [m].
+        """
+        begin, end = self.course.gait_times
+        t = self.column("t")
+        runs = (t >= begin) & (t <= end)
+        if not runs.any():
+            return None
+        roll, pitch, yaw, altitude = (
+            float(np.abs(self.error(name)[runs]).max())
+            for name in ("roll", "pitch", "yaw", "z")
         )
+        return {"attitude": max(roll, pitch), "yaw": yaw, "altitude": altitude}
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the outcome and the numbers of the flight as plain values, ready for JSON."""
@@ -532,77 +587,23 @@ def record_of(
     course: Course,
     settings: FlightSettings,
     attitude: tuple[float, float],
-    *,
     rows: FloatArray | None = None,
-    failure: tuple[Any, ...] = (),
+    failure: tuple[Outcome, str] | None = None,
+    *,
     warnings: tuple[str, ...] = (),
 ) -> Flight:
     """Return the record of a flight from its rows, none if it was refused, and outcome and reason of a `failure`."""
-    rows = np.empty((0, len(COLUMNS))) if rows is None else rows
+    if rows is None:
+        rows = np.empty((0, len(COLUMNS)))
     since, worst = settled_since(rows, settings)
-    if failure:
+    outcome: Outcome = "settled"
+    reason = ""
+    if failure is not None:
         (outcome, reason), since = failure, None
     elif since is None:
-        outcome, reason = (
-            "not settled",
-            f"it did not settle within {rows[-1, 0]:g} s: {worst}",
-        )
-        if (lag := course.vehicle.rotor_lag) is not None:
-            reason += f"; with rotor_lag = {lag:g} s a longer period may settle"
-    else:
-        outcome, reason = "settled", ""
-    flight, vehicle = (
-        Flight(course, settings, attitude, rows, outcome, reason, since, warnings),
-        course.vehicle,
-    )
-    if not len(rows):
-        return flight
-    (mass,) = vehicle.require("mass", purpose="a share of the weight")
-    thrusts, energy = np.abs(flight.thrusts), None
-    coefficient, drag = vehicle.thrust_coefficient, vehicle.drag_to_thrust
-    if coefficient is not None and drag is not None and len(rows) > 1:
-        power = np.sum(
-            np.array(drag) * thrusts * np.sqrt(thrusts / coefficient), axis=1
-        )
-        energy = float(np.sum(power[:-1] * np.diff(rows[:, 0])))
-    upright = np.cos(flight.column("roll")) * np.cos(flight.column("pitch"))
-    off = [flight.column(name) - flight.column(f"{name}_wanted") for name in "xyz"]
-    return replace(
-        flight,
-        peak_tilt=float(np.arccos(np.clip(upright.min(), -1.0, 1.0))),
-        peak_thrust=float(thrusts.max()),
-        peak_thrust_share=4.0 * float(thrusts.max()) / (mass * vehicle.gravity),
-        saturated_fraction=float(flight.column("saturated").mean()),
-        energy=energy,
-        drift=float(np.hypot(*rows[-1, 1:3])),
-        tracking_error=None
-        if settings.reference == "attitude"
-        else float(np.linalg.norm(off, axis=0).max()),
-        gait_errors=_gait_errors(flight),
-    )
-
-
-def _gait_errors(flight: Flight) -> dict[str, float] | None:
-    """Return the largest errors while the gait runs, see :class:`Flight`."""
-    begin, end = flight.course.gait_times
-    t = flight.column("t")
-    runs = (t >= begin) & (t <= end)
-    if not runs.any():
-        return None
-
-    def largest(name: str, wanted: str | None = None) -> float:
-        error = flight.column(name)
-        if wanted is not None:
-            error = error - flight.column(wanted)
-        return float(np.abs(error[runs]).max())
-
-    return {
-        "attitude": max(
-            largest("roll", "roll_wanted"), largest("pitch", "pitch_wanted")
-        ),
-        "yaw": largest("yaw"),
-        "altitude": largest("z", "z_wanted"),
-    }
+        outcome = "not settled"
+        reason = f"it did not settle within {rows[-1, 0]:g} s: {worst}"
+    return Flight(course, settings, attitude, rows, outcome, reason, since, warnings)
 
 
 def about_table(

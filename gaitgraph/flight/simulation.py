@@ -1,12 +1,17 @@
-"""Flights: a course in the physics engine with servos, noise and wind, or refused before take-off."""
+"""Flights: a course in the physics engine with servos, noise and wind, or refused before take-off.
+
+One flight and many are flown by the same functions: one with plain numbers, which are ten times quicker than arrays of
+one number, and many with arrays.
+"""
 
 from __future__ import annotations
 
 import math
-import os
-import struct
+from array import array
 from dataclasses import replace
 from itertools import repeat
+from operator import add
+from struct import Struct
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,65 +19,56 @@ import numpy as np
 from gaitgraph.angles import angle_from_text, in_degrees, is_list
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.controller import (
-    DIRECTION,
-    WANTED,
+    LEVEL,
+    Command,
+    Motion,
+    Step,
+    Wanted,
     allocation_of,
     controller_of,
-    observed,
+    motion_of,
 )
 from gaitgraph.flight.course import arm_response, repeated
-from gaitgraph.flight.engine import Engine, engine_warnings, quaternions
+from gaitgraph.flight.engine import START, Engine, Fleet, engine_warnings
 from gaitgraph.flight.flight import (
-    COLUMNS,
     OUTCOMES,
     Flight,
     FlightSettings,
     record_of,
     reference_at,
 )
-from gaitgraph.invertibility.matrices import thrust_signs
+from gaitgraph.invertibility.matrices import BoolArray, thrust_signs
 from gaitgraph.timing.joining import HOVER, Course, JoinedPath
 from gaitgraph.timing.timed_gait import RowTimedGait, timed_gait_of
 from gaitgraph.validation.report import broken_rules
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     import numpy.typing as npt
 
+    from gaitgraph.flight.flight import Outcome
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle
 
-_DEFAULT_ATTITUDE = (
-    0.3,
-    -0.2,
-)  # roll and pitch at the start of a flight that only levels out [rad]
+_DEFAULT_ATTITUDE = (0.3, -0.2)  # of a flight that only levels out [rad]
 _TUMBLING = 200.0  # rad/s
-_LEAST_FLOOR = 1e-9
-_LARGEST = 1e10  # of the engine's numbers
-_UPRIGHT = 1e-3  # cosine of the pitch below which Euler angles are too inaccurate
 _FARTHEST = 1e5  # m
+_STEEPEST = math.acos(1e-3)  # pitch above which Euler angles are too inaccurate
+_LARGEST = 1e10  # N, the engine takes no larger numbers
+_LEAST_FLOOR = 1e-9
 _MOST_LEAD = 1.0  # s by which the controller looks ahead on a reference
 _GUST_TIME = 1.0  # s over which gusts are correlated
-_SETTLED_EVERY = 50  # control steps between two checks whether a flight has settled
-_JOINED_EVERY = 10  # the same, whether it has joined level flight
-_DECOUPLED = [
-    3,
-    4,
-    5,
-    2,
-    9,
-    10,
-    11,
-    8,
-]  # roll, pitch, yaw, altitude, and their rates, among the numbers of a state
-_FLIGHTS_OF_A_THREAD = 64  # or more
-_FAILURES = (
+_MOST_STEPS = 1_000_000  # they take about 1.5 GB
+_LEAST_STEPS = 20  # of the engine in a period
+_STILL = 1e-9  # rad of swing below which an arm stands still
+_ENOUGH = 0.9  # share of its commanded swing that an arm must reach
+_FAILURES: tuple[tuple[Outcome, str], ...] = (
     (
         "tumbling",
-        "it tumbles just before {t:.3f} s: thrusts or accelerations exceed the range of the physics engine",
+        "it tumbles just before {t:.3f} s: accelerations exceed the range of the physics engine",
     ),
     (
         "tumbling",
@@ -89,99 +85,146 @@ _FAILURES = (
     ),
     (
         "near singular",
-        "the decoupling matrix nears singularity at {t:.3f} s: its least singular value is between {least:.2g} and "
-        "{most:.2g}, and the floor is {floor:g}",
+        "the decoupling matrix nears singularity at {t:.3f} s: its least singular value is between {near:.2g} and "
+        "{twice:.2g}, and the floor is {floor:g}",
     ),
 )
-_CODES = np.array([OUTCOMES.index(name) for name, _ in _FAILURES])
-_MOST_STEPS = 1_000_000  # they take about 1.5 GB
-_LEAST_STEPS = 20  # of the engine in a period
-_SMALL = 0.05  # rad and m: errors whose squares change thrusts by much less than they do themselves
-_STILL = 1e-9  # rad of swing below which an arm stands still
-_ENOUGH = 0.9  # share of its commanded swing that an arm must reach
+"""Outcome and reason of a flight that breaks a condition of :func:`in_flight`."""
+_SETTLED, _NOT_SETTLED = OUTCOMES.index("settled"), OUTCOMES.index("not settled")
+_CODES = np.array([OUTCOMES.index(outcome) for outcome, _ in _FAILURES])
+
+
+class InAir:
+    """The books of many flights: how each ended, and of those in the air an element of each of four arrays."""
+
+    def __init__(self, count: int, simulation: Simulation, until: float) -> None:
+        self.outcomes = np.zeros(count, np.int8)
+        self.seconds, self.peaks = np.zeros(count), np.zeros(count)
+        self.number = np.arange(count)
+        self.sign: Any = np.zeros(count)  # of the determinant at the start
+        self.since = np.zeros(count, int)  # control step since when it is in tolerance
+        self.peak = np.zeros(count)  # largest thrust [N]
+        self._simulation, self._until = simulation, until
+
+    def end(
+        self, k: int, motion: Motion, thrusts: FloatArray, conditions: BoolArray
+    ) -> BoolArray:
+        """Keep the books at a control step, and return which flights end there.
+
+        `conditions` are those of :func:`in_flight`, shape (6, n).
+        """
+        settings, interval = self._simulation.settings, self._simulation.interval
+        failed = ~conditions.all(axis=0)
+        peak = np.maximum(self.peak, np.abs(thrusts).max(axis=0))
+        self.peak = np.where(failed, self.peak, peak)
+        errors = np.abs([motion.z, motion.roll, motion.pitch, motion.yaw])
+        self.since[errors.max(axis=0) > settings.tolerance] = k + 1
+        settled = (k - self.since) * interval >= settings.held - 1e-9
+        may_end = k * interval >= self._until - 1e-9
+        is_last = k == self._simulation.controls
+        ended: BoolArray = failed | (settled & may_end) | np.full_like(failed, is_last)
+        if ended.any():
+            cases, number = [failed, settled], self.number[ended]
+            reasons = _CODES[conditions.argmin(axis=0)]
+            codes = np.select(cases, [reasons, _SETTLED], _NOT_SETTLED)
+            steps = np.select(cases, [max(k - 1, 0), self.since], k)
+            self.outcomes[number] = codes[ended]
+            self.seconds[number] = steps[ended] * interval
+            self.peaks[number] = self.peak[ended]
+            self.number, self.sign = self.number[~ended], self.sign[~ended]
+            self.since, self.peak = self.since[~ended], self.peak[~ended]
+        return ended
+
+
+def in_flight(
+    time: Any,
+    motion: Motion,
+    measured: Motion,
+    command: Command,
+    sign: Any,
+    floor: float,
+) -> tuple[Any, ...]:
+    """Return which of the conditions hold without which a flight ends; all are numbers, or arrays of many flights.
+
+    `time` is that of the engine, `sign` has the sign of the determinant at the start, or is zero.
+    """
+    x, y, z, *_, p, q, r = motion
+    return (
+        time >= START,
+        abs(p) + abs(q) + abs(r) < _TUMBLING,
+        abs(x) + abs(y) + abs(z) < _FARTHEST,
+        abs(measured.pitch) <= _STEEPEST,
+        command.along * sign >= 0.0,
+        command.nearness >= floor,
+    )
+
+
+def with_errors(motion: Motion, errors: Sequence[float]) -> Motion:
+    """Return what sensors measure of a motion."""
+    return Motion(*map(add, motion, errors))
+
+
+def leading(wanted: Sequence[Any], reached: Sequence[Any], reach: float) -> list[Any]:
+    """Return the commands that bring rotors with a lag to wanted thrusts within a control step [N].
+
+    `reach` is the part of the way to its command that a rotor goes in a control step.
+    """
+    return [
+        thrust + (target - thrust) / reach
+        for target, thrust in zip(wanted, reached, strict=True)
+    ]
 
 
 class Simulation:
     """A course prepared for any number of flights: the engine, the servos' angles, and the allocation along them.
 
     `command` and `actual` are the commanded and reached tilt angles at every step of the engine, shape (n, 4) [rad];
-    `controls` is the number of control steps.
+    `controls` is the number of control steps, `interval` the time between two [s].
     """
 
     def __init__(self, course: Course, settings: FlightSettings) -> None:
-        vehicle = course.vehicle
+        _check_steps(course, settings)
+        vehicle, every = course.vehicle, settings.steps_per_control
         self.course, self.settings = course, settings
         self.engine = Engine(vehicle, step=settings.step, air=not settings.is_calm)
-        seconds, every = settings.seconds_of(course), settings.steps_per_control
-        step, period = settings.step, course.moving_period
-        if seconds / step > _MOST_STEPS:
-            raise InputError(
-                f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s",
-                field="duration",
-            )
-        if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
-            least = f"{_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
-            raise InputError(
-                f"period must be at least {least}, got {period:g} s; a smaller step helps too",
-                field="period",
-            )
+        seconds = settings.seconds_of(course)
         self.controls = max(round(seconds * settings.control_rate), 1)
-        # Roll and pitch lag behind their wanted values by kd/kp, so references are read that much ahead.
-        lead = min(settings.attitude_damping / settings.attitude_stiffness, _MOST_LEAD)
-        ahead = (
-            round(lead * settings.control_rate)
-            if settings.reference != "attitude"
-            else 0
-        )
-        steps: FloatArray = (
-            np.arange((self.controls + ahead) * every + 1, dtype=float) * settings.step
-        )
-        lag = (
-            settings.servo_lag
-            if settings.servo_lag is not None
-            else vehicle.servo_lag or 0.0
-        )
-        rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
+        self.interval = every * settings.step
+        ahead = 0
+        if settings.reference != "attitude":
+            # Roll and pitch lag behind their wanted values by kd/kp, so references are read that much ahead.
+            lead = settings.attitude_damping / settings.attitude_stiffness
+            ahead = round(min(lead, _MOST_LEAD) * settings.control_rate)
+        count = (self.controls + ahead) * every + 1
+        steps: FloatArray = settings.step * np.arange(count, dtype=float)
         self.command: FloatArray = course.at(steps).alpha
+        lag = vehicle.servo_lag if settings.servo_lag is None else settings.servo_lag
+        rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
         self.actual: FloatArray = arm_response(
-            self.command, vehicle, settings.step, lag=lag, rate=rate
+            self.command, vehicle, settings.step, lag=lag or 0.0, rate=rate
         )
-        self._hinges = self.engine.servo_commands(self.actual)
+        hinges = self.engine.servo_commands(self.actual)
+        self._hinges = hinges[: self.controls * every]  # none in the last control step
+        self._first_rates = (self.actual[1] - self.actual[0]) / settings.step
         is_known = settings.arms_of(vehicle) == "served"
         assumed = self.actual if is_known else self.command
-        self._knows_arms = is_known or np.array_equal(self.actual, self.command)
-        self._interval, self._floor_squared = (
-            every * step,
-            max(settings.floor, _LEAST_FLOOR) ** 2,
-        )
-        allocation, t = (
-            allocation_of(assumed[::every], vehicle),
-            np.arange(self.controls + 1) * self._interval,
-        )
-        place, velocity, _ = reference_at(settings, t)
-        acceleration = reference_at(settings, t + ahead * self._interval)[2]
-        wanted = (
-            allocation[ahead:, DIRECTION],
-            place,
-            velocity[:, :2],
-            acceleration[:, :2],
-        )
-        self._known = np.hstack(
-            [allocation[: self.controls + 1], *wanted]
-        )  # to the controller, before the flight
-        limit = (
-            settings.thrust_limit
-            if settings.thrust_limit is not None
-            else vehicle.max_thrust
-        )
-        self._limits = (
-            (0.0, limit or math.inf) if settings.saturation else (-math.inf, math.inf)
-        )
-        self._first_rates = (self.actual[1] - self.actual[0]) / step
-        self._noise, self._gusts = (
-            sensor_noise(settings, self.controls),
-            gusts_of(settings, self.controls),
-        )
+        self._allocation = allocation_of(assumed[::every], vehicle)
+        self._wanted = self._references(ahead)
+        limit = settings.thrust_limit or vehicle.max_thrust or _LARGEST
+        self._floor = max(settings.floor, _LEAST_FLOOR)
+        self._reach = 1.0
+        if vehicle.rotor_lag is not None:
+            self._reach = -math.expm1(-self.interval / vehicle.rotor_lag)
+        self._limits = (0.0, limit) if settings.saturation else (-_LARGEST, _LARGEST)
+        self._noise = sensor_noise(settings, self.controls)
+        self._gusts = gusts_of(settings, self.controls)
+
+    def _references(self, ahead: int) -> tuple[FloatArray, ...]:
+        """Return what is wanted at every control step, the acceleration and its force some steps ahead."""
+        t = np.arange(self.controls + 1) * self.interval
+        place, velocity, _ = reference_at(self.settings, t)
+        _, _, acceleration = reference_at(self.settings, t + ahead * self.interval)
+        return place, velocity, acceleration, self._allocation.lifts[ahead:, 3]
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -209,125 +252,48 @@ class Simulation:
 
     def run(self, attitude: tuple[float, float] = (0.0, 0.0)) -> Flight:
         """Fly from rest at the origin with a roll and a pitch [rad], until the course or the settings end."""
-        settings, engine, vehicle, last = (
-            self.settings,
-            self.engine,
-            self.course.vehicle,
-            self.controls,
-        )
-        every, interval, (low, high) = (
-            settings.steps_per_control,
-            self._interval,
-            self._limits,
-        )
-        thrusts_of, torque_of, lagging = (
-            controller_of(settings, vehicle),
-            gyroscopic_of(vehicle),
-            vehicle.rotor_lag,
-        )
+        settings, vehicle, engine = self.settings, self.course.vehicle, self.engine
+        every = settings.steps_per_control
+        command_of = controller_of(settings, vehicle)
+        torque_of = gyroscopic_of(vehicle)
         model, data, mj_step = engine.model, engine.data, engine.mujoco.mj_step
-        place_of, speed_of, control = data.qpos.tolist, data.qvel.tolist, data.ctrl.data
-        # A flight is many thousand short steps, so it uses plain numbers, as the controller does.
-        table, hinges = np.zeros((last + 1, len(COLUMNS))), self._hinges.ravel().data
-        memory, width = table.data, table.strides[0]
-        record, set_thrusts = (
-            struct.Struct("8x22d24x2d").pack_into,
-            struct.Struct("4d").pack_into,
-        )
-        sign, floor_squared, sqrt, kept = 0.0, self._floor_squared, math.sqrt, last + 1
-        failure: tuple[str, ...] = ()
-        with engine_warnings() as warnings:
-            engine.place(
-                self.actual[0],
-                roll=attitude[0],
-                pitch=attitude[1],
-                rates=self._first_rates,
-            )
-            for k, (known, noise) in enumerate(self._steps()):
-                place, speed = place_of(), speed_of()
-                state, measured, vertical, turning, distance = observed(
-                    place, speed, noise
+        lags, gusts, (low, high) = engine.lags, self._gusts, self._limits
+        set_inputs, control = Struct("8d").pack_into, data.ctrl  # faster than an array
+        log = array("d")  # faster than lists of numbers
+        roll, pitch = attitude
+        engine.place(self.actual[0], roll=roll, pitch=pitch, rates=self._first_rates)
+        failure, sign = None, 0.0
+        with engine_warnings():
+            for k, (allocation, wanted, errors) in enumerate(self._known()):
+                place, speed = data.qpos.tolist(), data.qvel.tolist()
+                motion = motion_of(place, speed)
+                measured = motion if errors is None else with_errors(motion, errors)
+                command = command_of(measured, allocation, wanted)
+                conditions = in_flight(
+                    data.time, motion, measured, command, sign, self._floor
                 )
-                h1, h2, h3, h4, along, near, roll_d, pitch_d = thrusts_of(
-                    measured, vertical, known
-                )
-                sign = sign or along
-                fine = (
-                    not (warnings and engine.gave_up), turning < _TUMBLING, distance < _FARTHEST,
-                    vertical[3] >= _UPRIGHT, along * sign >= 0.0, near >= floor_squared,
-                )  # fmt: skip
-                if not all(fine):
-                    end, why = _FAILURES[fine.index(False)]
-                    failure = (
-                        end,
-                        why.format(
-                            t=k * interval,
-                            least=sqrt(near),
-                            most=2 * sqrt(near),
-                            floor=settings.floor,
-                        ),
-                    )
-                    kept = k
+                if not all(conditions):
+                    failure = self._failure(conditions.index(False), k, command)
                     break
-                cut = not (
-                    low <= h1 <= high
-                    and low <= h2 <= high
-                    and low <= h3 <= high
-                    and low <= h4 <= high
-                )
-                if cut:
-                    h1, h2, h3, h4 = (
-                        low if one < low else high if one > high else one
-                        for one in (h1, h2, h3, h4)
-                    )
-                record(
-                    memory,
-                    k * width,
-                    *state,
-                    *place[7:],
-                    h1,
-                    h2,
-                    h3,
-                    h4,
-                    cut,
-                    sqrt(near),
-                    roll_d,
-                    pitch_d,
-                )
-                if k == last:
-                    break
-                set_thrusts(control, 0, h1, h2, h3, h4)
-                if lagging is not None and k == 0:
-                    data.act[:] = (
-                        h1,
-                        h2,
-                        h3,
-                        h4,
-                    )  # the rotors turn before the flight begins
-                if self._gusts is not None:
-                    model.opt.wind[:] = self._gusts[k]
+                sign = sign or command.along
+                thrusts = command.thrusts
+                if lags and k > 0:
+                    thrusts = leading(thrusts, data.act, self._reach)
+                if not low <= min(thrusts) <= max(thrusts) <= high:
+                    thrusts = [min(max(thrust, low), high) for thrust in thrusts]
+                log.extend((*motion, *place[7:], *thrusts, *command[2:]))
+                if k == 0:
+                    data.act[:] = thrusts[: model.na]  # the rotors turn already
                 if torque_of is not None:
-                    acting = (
-                        data.act.tolist() if lagging is not None else (h1, h2, h3, h4)
-                    )
-                    data.qfrc_applied[3:6] = torque_of(
-                        place[7:], speed[3:6], speed[6:], acting
-                    )
-                for step in range(4 * k * every, 4 * (k + 1) * every, 4):
-                    control[4:] = hinges[step : step + 4]
+                    acting = data.act if lags else thrusts
+                    torque = torque_of(place[7:], speed[3:6], speed[6:], acting)
+                    data.qfrc_applied[3:6] = torque
+                if gusts is not None:
+                    model.opt.wind[:] = gusts[k]
+                for angles in self._hinges[k * every : (k + 1) * every].tolist():
+                    set_inputs(control, 0, *thrusts, *angles)
                     mj_step(model, data)
-        table[:, 0], table[:, -5:-2] = (
-            np.arange(last + 1) * interval,
-            self._known[:, WANTED],
-        )
-        return record_of(
-            self.course, settings, attitude, rows=table[:kept].copy(), failure=failure
-        )
-
-    def _steps(self) -> Iterator[tuple[tuple[float, ...], list[float] | None]]:
-        """Yield what the controller knows before the flight, and the errors of its sensors, at each control step."""
-        known = struct.iter_unpack(f"{self._known.shape[1]}d", self._known.tobytes())
-        return zip(known, self._noise or repeat(None), strict=False)
+        return record_of(self.course, settings, attitude, self._table(log), failure)
 
     def run_many(
         self,
@@ -341,224 +307,100 @@ class Simulation:
         Return the outcomes, as indices of :data:`gaitgraph.flight.flight.OUTCOMES`; the settling times, or the ends of
         the flights [s]; and the largest thrusts [N]. They do not depend on the number of cores: the controller computes
         one array of all flights at a time, and the engine steps them on all cores. The reference must be "attitude".
-
-        A flight ends before its time once it has certainly settled: the guide to flight says when, and why.
         """
-        from mujoco.rollout import Rollout
-
-        settings, engine, vehicle, mujoco = (
-            self.settings,
-            self.engine,
-            self.course.vehicle,
-            self.engine.mujoco,
-        )
-        every, interval, last, (low, high) = (
-            settings.steps_per_control,
-            self._interval,
-            self.controls,
-            self._limits,
-        )
-        thrusts_of, torque_of = (
-            controller_of(settings, vehicle, np),
-            gyroscopic_of(vehicle, np),
-        )
-        model, kinds, lagging = (
-            engine.model,
-            mujoco.mjtState,
-            vehicle.rotor_lag is not None,
-        )
-        inputs = kinds.mjSTATE_CTRL.value | kinds.mjSTATE_QFRC_APPLIED.value
+        settings, vehicle, engine = self.settings, self.course.vehicle, self.engine
+        every = settings.steps_per_control
+        command_of = controller_of(settings, vehicle, np)
+        torque_of = gyroscopic_of(vehicle, np)
         engine.place(self.actual[0], rates=self._first_rates)
-        # The time starts at 1 s; where the engine gives up it starts again at 0 s.
-        state = np.concatenate(
-            [[1.0], engine.data.qpos, engine.data.qvel, engine.data.act]
-        )
-        states = np.tile(state, (len(attitudes), 1))
-        states[:, 4:8] = quaternions(*attitudes.T)
-        outcomes, (seconds, largest) = (
-            np.zeros(len(states), np.int8),
-            np.zeros((2, len(states))),
-        )
-        # Of those that fly: their numbers, the rows since which they are within tolerance, their largest thrusts.
-        flights, since, peak, sign = np.arange(len(states)), *np.zeros((3, len(states)))
-        check_at = math.ceil(until_settled / interval)
-        joins = self._joining_level_flight(check_at)
-        threads = min(os.cpu_count() or 1, len(states) // _FLIGHTS_OF_A_THREAD)
-        copies = [mujoco.MjData(model) for _ in range(max(threads, 1))]
-        same: dict[str, Any] = {
-            "control_spec": inputs,
-            "nstep": every,
-            "skip_checks": True,
-        }
-        with engine_warnings(), Rollout(nthread=threads if threads > 1 else 0) as pool:
-            for k, (known, noise) in enumerate(self._steps()):
-                columns = np.ascontiguousarray(states.T)
-                state, measured, vertical, turning, distance = observed(
-                    columns[1:12], columns[12:], noise, np
+        air = InAir(len(attitudes), self, until_settled)
+        with engine_warnings(), Fleet(engine, attitudes) as fleet:
+            for k, (allocation, wanted, errors) in enumerate(self._known()):
+                state = fleet.state()
+                motion = motion_of(state.place, state.speed, np)
+                measured = motion if errors is None else with_errors(motion, errors)
+                command = command_of(measured, allocation, wanted)
+                conditions = in_flight(
+                    state.time, motion, measured, command, air.sign, self._floor
                 )
-                *asked, along, near, _, _ = thrusts_of(measured, vertical, known)
-                given, sign = np.clip(asked, low, high), along if k == 0 else sign
-                fine = np.array([
-                    (columns[0] >= 1.0) & (peak <= _LARGEST), turning < _TUMBLING, distance < _FARTHEST,
-                    vertical[3] >= _UPRIGHT, along * sign >= 0.0, near >= self._floor_squared,
-                ])  # fmt: skip
-                ended = failed = ~fine.all(axis=0)
-                peak = np.where(
-                    failed, peak, np.maximum(peak, np.abs(given).max(axis=0))
-                )
-                since[np.abs(state[2:6]).max(axis=0) > settings.tolerance] = k + 1
-                settled = (k - since) * interval >= settings.held - 1e-9
-                if k == last or k >= check_at:
-                    check_at, joins = check_at + _SETTLED_EVERY, None
-                    ended = failed | settled | (k == last)
-                elif joins is not None and k % _JOINED_EVERY == 0:
-                    settled, later = joins(k, np.array(state), peak)
-                    settled &= (
-                        min(check_at, last) - since
-                    ) * interval >= settings.held - 1e-9
-                    peak, ended = (
-                        np.where(settled, np.maximum(peak, later), peak),
-                        failed | settled,
-                    )
-                if ended.any():
-                    at, going = flights[ended], ~ended
-                    codes = np.where(
-                        failed, _CODES[fine.argmin(axis=0)], np.where(settled, 0, 1)
-                    )
-                    rows = np.where(failed, max(k - 1, 0), np.where(settled, since, k))
-                    outcomes[at], seconds[at], largest[at] = (
-                        codes[ended],
-                        rows[ended] * interval,
-                        peak[ended],
-                    )
-                    if not going.any():
-                        break
-                    left: list[Any] = [
-                        one[going] for one in (flights, states, since, peak, sign)
-                    ]
-                    flights, states, since, peak, sign = left
-                    columns, given = columns[:, going], given[:, going]
-                control = np.zeros((len(flights), every, model.nu + model.nv))
-                control[:, :, :4], control[:, :, 4:8] = (
-                    given.T[:, None],
-                    self._hinges[k * every : (k + 1) * every],
-                )
-                if lagging and k == 0:
-                    states[:, 22:] = given.T
-                if self._gusts is not None:
-                    model.opt.wind[:] = self._gusts[k]
+                if k == 0:
+                    air.sign = command.along
+                thrusts: Any = command.thrusts
+                if engine.lags and k > 0:
+                    thrusts = leading(thrusts, state.thrusts, self._reach)
+                thrusts = np.clip(thrusts, *self._limits)
+                ended = air.end(k, motion, thrusts, np.array(conditions))
+                if ended.all():
+                    break
+                fleet.keep(~ended)
+                thrusts = thrusts[:, ~ended]
+                if engine.lags and k == 0:
+                    fleet.spin_rotors(thrusts)  # they turn already
+                torque = None
                 if torque_of is not None:
-                    acting = states[:, 22:].T if lagging else given
+                    state = fleet.state()
+                    acting = state.thrusts if engine.lags else thrusts
                     torque = torque_of(
-                        columns[8:12], columns[15:18], columns[18:22], acting
+                        state.tilts, state.speed[3:], state.tilt_rates, acting
                     )
-                    control[:, :, 11:14] = np.transpose(torque)[:, None]
-                moved = np.empty((len(flights), every, states.shape[1]))
-                pool.rollout(
-                    [model] * len(flights),
-                    copies,
-                    np.ascontiguousarray(states),
-                    control,
-                    state=moved,
-                    **same,
-                )
-                states = moved[:, -1]
-                if k % _SETTLED_EVERY == 0:
-                    progress(k / last)
+                if self._gusts is not None:
+                    engine.model.opt.wind[:] = self._gusts[k]
+                hinges = self._hinges[k * every : (k + 1) * every]
+                fleet.advance(thrusts, hinges, torque)
+                progress(k / self.controls)
         progress(1.0)
-        return outcomes, seconds, largest
+        return air.outcomes, air.seconds, air.peaks
 
-    def _joining_level_flight(
-        self, until: int
-    ) -> (
-        Callable[[int, FloatArray, FloatArray], tuple[npt.NDArray[np.bool_], float]]
-        | None
-    ):
-        """Return which flights have joined level flight, whose thrusts are those of hover, and stay up to a step.
+    def _known(self) -> Iterator[tuple[Step, Wanted, list[float] | None]]:
+        """Yield what the controller knows before the flight, and the errors of its sensors, at each control step."""
+        steps = zip(*self._allocation, strict=True)
+        allocation = (
+            (lifts.tolist(), thrusts.tolist(), squared)
+            for lifts, thrusts, squared in steps
+        )
+        wanted: Iterator[Wanted] = repeat(LEVEL)
+        if self.settings.reference != "attitude":
+            wanted = map(Wanted, *(part.tolist() for part in self._wanted))
+        noise = self._noise or repeat(None, self.controls + 1)
+        return zip(allocation, wanted, noise, strict=False)
 
-        The function takes a control step, the states of flights as rows, and their largest thrusts so far; it returns
-        which have joined, and the largest thrust of hover from then on.
+    def _failure(self, condition: int, k: int, command: Command) -> tuple[Outcome, str]:
+        """Return outcome and reason of a flight in which a condition does not hold at a control step."""
+        outcome, reason = _FAILURES[condition]
+        near = command.nearness
+        return outcome, reason.format(
+            t=k * self.interval, near=near, twice=2 * near, floor=self.settings.floor
+        )
 
-        The errors e in roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never
-        grows, nor does it in steps h of the engine, since kp·h² ≤ kd·h·(2 − kd·h) with all gains that join. With its
-        root r, |ë| is at most √(kp² + kd²·kp)·r from then on, which bounds to first order how far thrusts go from those
-        of hover; a tilt adds its square of them. A flight has joined once r is at most nine tenths of the tolerance,
-        and small; twice that bound is at most what thrusts of hover are away from their limits from then on; the
-        largest thrust is known to 1 part in 5000; and the bound of the least singular value stays above the floor by
-        twice the tilt, which is the most that a tilt takes from it, since the norm of the rotors' four axes is 2. None
-        joins where the controller does not cancel all else: with wind, noise, gains that are too high for the step,
-        thrusts that are held for more than a step of the engine, rotor lag, or inertia of rotors or arms.
-        """
-        settings, vehicle, interval, (low, high) = (
-            self.settings,
-            self.course.vehicle,
-            self._interval,
-            self._limits,
-        )
-        stiffness, damping = np.array([
-            [settings.attitude_stiffness] * 3 + [settings.altitude_stiffness],
-            [settings.attitude_damping] * 3 + [settings.altitude_damping],
-        ])  # fmt: skip
-        calm = self._noise is None and self._gusts is None and self._knows_arms
-        light = not (vehicle.rotor_lag or vehicle.arm_inertia or vehicle.rotor_inertia)
-        # An accurate step is short beside the swing and the decay of an error.
-        fine = (stiffness * interval**2).max() <= 0.01 and (
-            damping * interval
-        ).max() <= 0.1
-        if not (calm and light and fine and settings.steps_per_control == 1):
-            return None
-        mass, inertia, length = vehicle.require(
-            "mass", "inertia", "arm_length", purpose="flight"
-        )
-        level = self._known[: until + 1]
-        upward = np.maximum(level[:, DIRECTION][:, 2], 1e-12)
-        hover = (mass * vehicle.gravity / upward)[:, None] * level[:, 25:29]
-        nearness = 1.0 / np.sqrt(
-            level[:, 12] + (1.0 + np.sum(level[:, 6:9] ** 2, axis=1)) / upward**2
-        )
-        # From each control step on: how far hover stays from the limits, its largest thrust, and the largest change of
-        # each thrust, per root of each error, then per tilt.
-        room = np.minimum(hover - low, min(high, _LARGEST) - hover).min(axis=1)
-        room, clear = np.minimum.accumulate(
-            np.stack([room, nearness - settings.floor])[:, ::-1], axis=1
-        )[:, ::-1]
-        later = np.maximum.accumulate(np.abs(hover).max(axis=1)[::-1])[::-1]
-        steepest, share = (
-            np.sqrt(stiffness**2 + damping**2 * stiffness),
-            upward[:, None, None],
-        )
-        free = level[:, 25:29, None] / share
-        turning = (
-            (level[:, 13:25].reshape(-1, 4, 3) - free * level[:, None, 6:9])
-            * inertia
-            / length
-            * steepest[:3]
-        )
-        climbing, leaning = (
-            free * mass * steepest[3],
-            hover[:, :, None] * level[:, None, 10:8:-1] / share,
-        )
-        change = np.abs(np.concatenate([turning, climbing, leaning], axis=2))
-        change = np.maximum.accumulate(change[::-1])[::-1]
-        small = min(0.9 * settings.tolerance, _SMALL)
+    def _table(self, log: Sequence[float]) -> FloatArray:
+        """Return the rows of a flight with all of its columns: the time, saturation and the wanted place too."""
+        rows = np.array(log).reshape(-1, 23)
+        moved, thrusts, nearness, leaning = np.split(rows, [16, 20, 21], axis=1)
+        low, high = self._limits
+        saturated = ((thrusts <= low) | (thrusts >= high)).any(axis=1)
+        t = np.arange(len(rows)) * self.interval
+        place = self._wanted[0][: len(rows)]
+        return np.column_stack([t, moved, thrusts, saturated, nearness, place, leaning])
 
-        def joins(
-            k: int, state: FloatArray, peak: FloatArray
-        ) -> tuple[npt.NDArray[np.bool_], float]:
-            off = state[_DECOUPLED] ** 2
-            root = np.sqrt(off[:4] + off[4:] / stiffness[:, None])
-            tilt = np.hypot(root[0], root[1])
-            apart = (
-                2.0 * (change[k] @ np.concatenate([root, root[:2]])).max(axis=0)
-                + later[k] * tilt**2
-            )
-            known = (apart <= 2e-4 * later[k]) | (apart <= peak - later[k])
-            known &= 2.0 * tilt <= clear[k]
-            return (root.max(axis=0) <= small) & (apart <= room[k]) & known, float(
-                later[k]
-            )
 
-        return joins
+def _check_steps(course: Course, settings: FlightSettings) -> None:
+    """Raise InputError if a flight takes too many steps of the engine, or a period too few."""
+    seconds, step, period = (
+        settings.seconds_of(course),
+        settings.step,
+        course.moving_period,
+    )
+    if seconds / step > _MOST_STEPS:
+        raise InputError(
+            f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s",
+            field="duration",
+        )
+    if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
+        least = f"{_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
+        raise InputError(
+            f"period must be at least {least}, got {period:g} s; a smaller step helps too",
+            field="period",
+        )
 
 
 def sensor_noise(settings: FlightSettings, count: int) -> list[list[float]] | None:
@@ -604,12 +446,6 @@ def gyroscopic_of(
     )
     momenta = (thrust_signs(vehicle) * vehicle.rotor_inertia).tolist()
     arms = [(math.cos(azimuth), math.sin(azimuth)) for azimuth in vehicle.arm_angles]
-    sin, cos, sqrt, copysign = (
-        functions.sin,
-        functions.cos,
-        functions.sqrt,
-        functions.copysign,
-    )
 
     def torque(
         tilts: Any, body_rates: Any, rates: Any, thrusts: Any
@@ -619,20 +455,15 @@ def gyroscopic_of(
         for (cz, sz), momentum, tilt, rate, thrust in zip(
             arms, momenta, tilts, rates, thrusts, strict=True
         ):
-            spun = momentum * copysign(sqrt(abs(thrust) / coefficient), thrust)
+            speed = functions.sqrt(abs(thrust) / coefficient)
+            spun = momentum * functions.copysign(speed, thrust)
+            across, up = spun * functions.sin(tilt), spun * functions.cos(tilt)
             # −ω × h in body axes: ω of the arm, h along the tilted rotor axis.
-            w1, w2, across, up = (
-                p + rate * cz,
-                q + rate * sz,
-                spun * sin(tilt),
-                spun * cos(tilt),
-            )
+            w1, w2 = p + rate * cz, q + rate * sz
             h1, h2 = sz * across, -cz * across
-            t1, t2, t3 = (
-                t1 + r * h2 - w2 * up,
-                t2 + w1 * up - r * h1,
-                t3 + w2 * h1 - w1 * h2,
-            )
+            t1 += r * h2 - w2 * up
+            t2 += w1 * up - r * h1
+            t3 += w2 * h1 - w1 * h2
         return t1, t2, t3
 
     return torque
@@ -747,7 +578,10 @@ def fly(
     course.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     refusal, warnings = before_take_off(course, settings, anyway=anyway)
     if refusal:
-        failure = "refused", f"refused before take-off: {refusal}"
+        failure: tuple[Outcome, str] = (
+            "refused",
+            f"refused before take-off: {refusal}",
+        )
         return record_of(course, settings, start, failure=failure, warnings=warnings)
     simulation = Simulation(course, settings)
     return replace(simulation.run(start), warnings=(*warnings, *simulation.warnings))
