@@ -557,7 +557,7 @@ def fly(
     Notes
     -----
     Rotors follow their commands at once, or with the vehicle's `rotor_lag`; the thrusts of a record are the commands,
-    and the controller does not know the lag. Not modelled: ground effect, wakes, flexible arms, delays. The controller
+    and the controller inverts the lag. Not modelled: ground effect, wakes, flexible arms, delays. The controller
     knows the vehicle's constants exactly. It assumes the planned tilt angles, unless the vehicle has `servo_feedback`
     or the settings say otherwise.
 
