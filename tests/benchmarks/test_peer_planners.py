@@ -227,6 +227,50 @@ def test_a_whole_plan_ompl(benchmark: Any, group: str) -> None:
     benchmark.pedantic(lambda: [plan(a, b) for a, b in pairwise(next(loops))], **rounds)
 
 
+COLD: dict[str, list[Any]] = {
+    "planned": TEXTS,
+    "planned along a border": [(-1.2, 1.2), (0.1, 0.9), (0.1, -0.1), (-1.2, -0.05)],
+    "refused with the nearest points": [(-0.6, 0.6), (0.9, -0.6)],
+    "region": [],
+}
+
+
+def cold_group(answer: str) -> str:
+    return f"a new vehicle each time, {answer}, against OMPL's loop of Gait 3"
+
+
+@pytest.mark.parametrize("answer", COLD)
+def test_a_new_vehicle_each_time_ours(benchmark: Any, answer: str) -> None:
+    """Nothing is kept from a vehicle before, as in a service or in a study over constants."""
+    benchmark.group = cold_group(answer)
+    rng = np.random.default_rng(3)
+    ratios = gg.PAPER.drag_ratio * rng.uniform(0.9, 1.1, 100)
+    vehicles = iter([gg.PAPER.replace(drag_ratio=float(ratio)) for ratio in ratios])
+    outcomes = {
+        "planned": "planned",
+        "planned along a border": "planned",
+        "refused with the nearest points": "infeasible",
+    }
+
+    def answered() -> str:
+        vehicle = next(vehicles)
+        if answer == "region":
+            return str(len(gg.admissible_region(vehicle).components) > 0)
+        return gg.plan_loop(COLD[answer], vehicle=vehicle).status
+
+    found = benchmark.pedantic(answered, rounds=60, warmup_rounds=5)
+    assert found == outcomes.get(answer, "True")
+
+
+@pytest.mark.parametrize("answer", COLD)
+def test_a_new_vehicle_each_time_ompl(benchmark: Any, answer: str) -> None:
+    """OMPL has no vehicle: it plans the loop of Gait 3 for the paper's, whatever is answered beside it."""
+    benchmark.group = cold_group(answer)
+    plan = leg_planner("AtlasStateSpace")
+    legs = list(pairwise([*GAIT_3, GAIT_3[0]]))
+    benchmark.pedantic(lambda: [plan(a, b) for a, b in legs], **WARM)
+
+
 @pytest.fixture(scope="module")
 def ground() -> PreparedRegion:
     """Return the admissible region, triangulated, with what the corners on the way see."""
