@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph import later
+from gaitgraph.records import Record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class Pictured:
+class Pictured(Record):
     """Base of the objects that have a picture, which :mod:`gaitgraph.plots.gaits` draws."""
 
     __slots__ = ()

@@ -395,6 +395,9 @@ class Vehicle(Pictured):
                 new["drag_ratio"] = None
         return Vehicle(**new)
 
+    def _constructed_from(self) -> dict[str, Any]:
+        return self.as_mapping()
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the stated constants as plain values, in a fixed order; read back by vehicle_from_mapping."""
         values = {name: _plain(getattr(self, name)) for name in _FIELDS}

@@ -25,6 +25,7 @@ from gaitgraph.files import check_new_files, naming_file, write_whole
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, even_times, tilt_angles
 from gaitgraph.invertibility import matrices
+from gaitgraph.records import Record
 from gaitgraph.timing.polynomials import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 from gaitgraph.tolerances import DEFAULT_FLOOR
@@ -54,8 +55,8 @@ _MOST_DIGITS = 60
 _SMOOTH = (0, 0, 10, -15, 6)  # 10τ³ − 15τ⁴ + 6τ⁵, the smooth law on each piece
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Certified:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Certified(Record):
     """A gait with its certificate, the `document`, as plain values; `intervals` has the size of each claim's cover.
 
     `warnings` are those of the gait's report.

@@ -22,6 +22,7 @@ from gaitgraph.errors import InputError
 from gaitgraph.files import naming_file, text_of
 from gaitgraph.gait.table import ANGLES
 from gaitgraph.io.formats import FORMATS, read_table
+from gaitgraph.records import Record
 
 if TYPE_CHECKING:
     from gaitgraph.gait.table import Table
@@ -35,8 +36,8 @@ _STAMP = Fraction(1, 10**9)  # unit of the times in bags [s]
 _MOST_ROWS = 20_000  # that are compared without being asked to
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Verified:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Verified(Record):
     """What a certificate proves, and what of a table is on its curve.
 
     Parameters

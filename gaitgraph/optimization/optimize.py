@@ -32,6 +32,7 @@ from gaitgraph.invertibility.matrices import largest_least_singular_value
 from gaitgraph.optimization import least_effort
 from gaitgraph.planning.request import groups_of_repeats, merge_notes
 from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.records import Record
 from gaitgraph.surface.admissible import (
     admissible_region,
     singular_value_region,
@@ -89,7 +90,7 @@ _TEXTS = {  # name and unit of each objective
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class OptimalGait:
+class OptimalGait(Record):
     """The answer to :func:`optimal_gait`: a smooth gait, or why there is none. Truthy if there is a gait.
 
     `waypoints`, shape (n, 2), and `radius`, shape (n,), are the discs [rad], repeated ones merged; the gait passes them

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.graph.walks import MOST_ANY_ORDER
+from gaitgraph.records import Record
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import verdict_of
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
 
 
-@dataclass(frozen=True, kw_only=True)
-class Loop:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Loop(Record):
     """One closed loop on the surface with its verdict.
 
     `path` is a gait through every node that the loop passes, the first not repeated; `order` has the waypoints of the

@@ -83,7 +83,7 @@ def _items(texts: Iterable[object]) -> list[str]:
     ]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Plan(Pictured):
     """The answer to a request: a loop, or the reason why there is none. Truthy when there is one.
 

@@ -42,6 +42,7 @@ from gaitgraph.io.formats import (
     read_format,
     unchecked_table,
 )
+from gaitgraph.records import Record
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import (
     Corners,
@@ -84,8 +85,8 @@ CHOICES: dict[str, tuple[str, ...]] = {
 _SAMPLING = ("samples", "rate")
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlanRequest:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlanRequest(Record):
     """A complete request for a plan: the one list of its fields, with their defaults and checks.
 
     :func:`gaitgraph.planning.planner.plan_loop` says what each field means. Texts and files are read and waypoints that

@@ -27,6 +27,7 @@ from gaitgraph.io.formats import write_tables
 from gaitgraph.planning.any_angle import Leg, shortest_path
 from gaitgraph.planning.branch import Branch
 from gaitgraph.planning.request import plan_request
+from gaitgraph.records import Record
 from gaitgraph.surface.sheets import home_in_words, red_label, separating_factor
 from gaitgraph.timing.joining import (
     HOVER,
@@ -72,8 +73,8 @@ _STATEMENT = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Transition:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Transition(Record):
     """A path from one end to the other, or the reason why there is none. Truthy when there is one.
 
     `there_and_back` is the path, from its start to its end and back, as a gait. `reason` says why there is none, or why

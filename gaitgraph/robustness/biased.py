@@ -24,6 +24,7 @@ from gaitgraph.invertibility.tilt_margins import (
     least_tilt_margin,
     nearest_singular_attitude,
 )
+from gaitgraph.records import Record
 from gaitgraph.robustness.attitudes import (
     AcceptableAttitudes,
     SingularCurve,
@@ -53,8 +54,8 @@ _MOST_CURVES = 10_000
 _POINTS_OF_A_CURVE = 61
 
 
-@dataclass(frozen=True, kw_only=True)
-class Robustness:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Robustness(Record):
     """The robustness of one gait, biased or not.
 
     `scaling` is "none"; "biased", α3 and α4 times `factor`, the bias η of equations (12) to (15); or "scaled", all four
@@ -183,8 +184,8 @@ class Robustness:
         return f"<Robustness of {self.name}: tilt margin {self._texts[0]}, {self._texts[1]} of attitudes acceptable>"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobustnessReport:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RobustnessReport(Record):
     """The robustness of a gait, and in `sweep` of its biased gaits, then of the scaled ones, in the given order."""
 
     gait: Robustness

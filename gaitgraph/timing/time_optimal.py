@@ -20,6 +20,7 @@ from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_UNITS
+from gaitgraph.records import Record
 from gaitgraph.timing.curve import Curve, Rounding, rounded
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.limited_gait import LimitedGait
@@ -84,8 +85,8 @@ def origin_of(
     return Origin(made.rounding.gait, made.rounding.tolerance, limits)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LeastPeriod:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LeastPeriod(Record):
     """The least period, or a law for a given period; falsy when there is none.
 
     The status is "ok", "too short" (the given period is below the least found), "no period" (a limit of zero on a

@@ -74,7 +74,7 @@ class Motion(NamedTuple):
     accelerations: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TimedGait(Pictured):
     """A gait with a timing law: exact at every time, and sampled evenly over one period.
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 from gaitgraph.angles import figure, figures_apart
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.pictured import Pictured
+from gaitgraph.records import Record
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -81,8 +82,8 @@ def state_of(holds: bool) -> State:
     return State.HOLDS if holds else State.BROKEN
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Check:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Check(Record):
     """The result of one rule.
 
     Parameters
@@ -246,7 +247,7 @@ def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
     ]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Report(Pictured):
     """All checks of one gait; false in a condition if it is not valid.
 

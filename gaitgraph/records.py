@@ -1,0 +1,226 @@
+"""Records as plain values and back, and their equality by value.
+
+:func:`plain` goes to what JSON takes: numbers, texts, lists and mappings. What these cannot tell apart, a tuple, an array, a
+record, becomes a mapping that names its `type`. :func:`rebuilt` makes the value again, through the constructor of each
+record, which checks its fields. The mappings are those of one version of gaitgraph; what other programs read is
+``as_mapping()``, where a record has one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Self
+
+from gaitgraph.errors import InputError, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+_TYPE = "type"
+_OWN = "gaitgraph."
+
+
+class Record:
+    """Base of the records that are equal by value, and go to plain values and back."""
+
+    __slots__ = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the whole record as plain values, which JSON takes; see :meth:`from_dict`."""
+        return plain(self)  # type: ignore[no-any-return]
+
+    @classmethod
+    def from_dict(cls, mapping: Mapping[str, Any]) -> Self:
+        """Return the record that :meth:`as_dict` gave, or raise InputError."""
+        record = rebuilt(mapping)
+        if not isinstance(record, cls):
+            raise InputError(
+                f"mapping must be that of a {cls.__name__}, got {shown(mapping)}"
+            )
+        return record
+
+    def _constructed_from(self) -> dict[str, Any]:
+        """Return the fields by name; a record whose constructor takes fewer has a method of its own."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return self is other or _key(self) == _key(other)
+
+    def __hash__(self) -> int:
+        return hash(_key(self))
+
+
+def plain(value: Any) -> Any:
+    """Return a value as plain ones; InputError if it holds what has no such form, a function say.
+
+    >>> plain({"t": (1.0, float("inf"))})
+    {'t': {'type': 'tuple', 'items': [1.0, {'type': 'float', 'value': 'inf'}]}}
+    """
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    if isinstance(value, float):
+        number = float(value)
+        if math.isfinite(number):
+            return number
+        return {_TYPE: "float", "value": repr(number)}
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    if isinstance(value, dict):
+        return _plain_mapping(value)
+    if isinstance(value, Enum):
+        return {_TYPE: _name_of(type(value)), "value": value.value}
+    if isinstance(value, tuple):
+        kind = "tuple" if type(value) is tuple else _name_of(type(value))
+        return {_TYPE: kind, "items": [plain(item) for item in value]}
+    if is_dataclass(value):
+        return {_TYPE: _name_of(type(value)), **_plain_fields(value)}
+    return _plain_of_library(value)
+
+
+def _plain_fields(record: Any) -> dict[str, Any]:
+    if isinstance(record, Record):
+        named = record._constructed_from()
+    else:
+        named = {one.name: getattr(record, one.name) for one in fields(record)}
+    return {name: plain(item) for name, item in named.items()}
+
+
+def _plain_mapping(mapping: dict[Any, Any]) -> dict[str, Any]:
+    items = {key: plain(item) for key, item in mapping.items()}
+    if all(isinstance(key, str) for key in items) and _TYPE not in items:
+        return items
+    return {
+        _TYPE: "mapping",
+        "items": [[plain(key), item] for key, item in items.items()],
+    }
+
+
+def _plain_of_library(value: Any) -> dict[str, Any]:
+    """Return an array or a number of numpy, or a geometry of shapely, as plain values."""
+    import numpy as np
+    import shapely
+
+    if isinstance(value, np.generic):
+        return plain(value.item())  # type: ignore[no-any-return]
+    if isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
+        return {
+            _TYPE: "array",
+            "dtype": value.dtype.str,
+            "items": plain(value.tolist()),
+        }
+    if isinstance(value, shapely.Geometry):
+        return {_TYPE: "geometry", "wkb": shapely.to_wkb(value, hex=True)}
+    raise InputError(f"a value must have a form in JSON, got {shown(value)}")
+
+
+def rebuilt(value: Any) -> Any:
+    """Return the value whose plain form :func:`plain` gave; InputError if it is none.
+
+    >>> rebuilt(plain((1.0, [2])))
+    (1.0, [2])
+    """
+    if isinstance(value, list):
+        return [rebuilt(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if _TYPE not in value:
+        return {key: rebuilt(item) for key, item in value.items()}
+    rest = dict(value)
+    kind = rest.pop(_TYPE)
+    try:
+        if kind in _LIBRARY:
+            return _LIBRARY[kind](**rest)
+        return _rebuilt_record(_class_of(kind), rest)
+    except (AttributeError, ImportError, LookupError, TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"mapping must be as as_dict() gave it: {error}") from error
+
+
+def _rebuilt_record(kind: Any, rest: dict[str, Any]) -> Any:
+    if issubclass(kind, Enum):
+        return kind(rest["value"])
+    if issubclass(kind, tuple):
+        return kind(*rebuilt(rest["items"]))
+    named = {name: rebuilt(item) for name, item in rest.items()}
+    later = {one.name: named.pop(one.name) for one in fields(kind) if not one.init}
+    record = kind(**named)
+    for name, item in later.items():
+        object.__setattr__(record, name, item)  # the record is frozen
+    return record
+
+
+def _array(dtype: str, items: list[Any]) -> Any:
+    import numpy as np
+
+    return np.array(rebuilt(items), dtype=dtype)
+
+
+def _geometry(wkb: str) -> Any:
+    import shapely
+
+    try:
+        return shapely.from_wkb(wkb)
+    except shapely.errors.ShapelyError as error:
+        raise InputError(f"wkb must be a geometry, got {shown(wkb)}") from error
+
+
+def _float(value: str) -> float:
+    return float(value)
+
+
+def _tuple(items: list[Any]) -> tuple[Any, ...]:
+    return tuple(rebuilt(items))
+
+
+def _mapping(items: list[list[Any]]) -> dict[Any, Any]:
+    return {rebuilt(key): rebuilt(item) for key, item in items}
+
+
+_LIBRARY: dict[Any, Callable[..., Any]] = {
+    "float": _float,
+    "tuple": _tuple,
+    "mapping": _mapping,
+    "array": _array,
+    "geometry": _geometry,
+}
+
+
+def _name_of(kind: type) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}"
+
+
+def _class_of(name: Any) -> Any:
+    """Return a class of gaitgraph by the name that :func:`plain` gave; InputError for any other."""
+    if not isinstance(name, str) or not name.startswith(_OWN):
+        raise InputError(f"type must be one that as_dict() gave, got {shown(name)}")
+    module, _, kind = name.rpartition(".")
+    found = getattr(import_module(module), kind)
+    is_record = isinstance(found, type) and (
+        is_dataclass(found) or issubclass(found, (tuple, Enum))
+    )
+    if not is_record:
+        raise InputError(f"type must be one that as_dict() gave, got {shown(name)}")
+    return found
+
+
+def _key(value: Any) -> Any:
+    """Return what equal values share, and others do not; it can be hashed."""
+    if isinstance(value, dict):
+        return frozenset((_key(key), _key(item)) for key, item in value.items())
+    if isinstance(value, (list, tuple)):
+        return type(value), *(_key(item) for item in value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return type(value), *(_key(getattr(value, one.name)) for one in fields(value))
+    if hasattr(value, "dtype") and hasattr(value, "tobytes"):
+        # Adding zero turns negative zeros into zeros.
+        positive = value if value.dtype.kind in "bOU" else value + 0
+        return value.shape, value.dtype.str, positive.tobytes()
+    if isinstance(value, float) and math.isnan(value):
+        return "nan"
+    return value
