@@ -1,12 +1,12 @@
 """The physical constants of a tilt-rotor.
 
-Rotor *i* tilts by αᵢ from upright about the horizontal line from the centre of mass towards it. Body axes: x forward, y
-left, z up. Rotors 2, 3, 4 follow rotor 1 counter-clockwise seen from above; opposite rotors turn in the same sense,
-neighbours do not.
+Rotor *i* tilts by αᵢ from upright about the horizontal line from the centre of mass towards it, unless axes of its own are
+stated. Body axes: x forward, y left, z up. Rotors 2, 3, 4 follow rotor 1 counter-clockwise seen from above; opposite
+rotors turn in the same sense, neighbours do not, unless the spin of each is stated.
 
-A vehicle is *symmetric* if a half turn about body z maps it to itself: opposite rotors at equal distances and heights,
-with equal drag. All plans are for symmetric vehicles; four equal arms a quarter turn apart are the short way to write
-the most common of them. The *drag ratio* of a rotor is κ = Km/(Kf·L), of its own distance L from body z. Mirroring every
+A vehicle is *symmetric* if a half turn about body z maps it to itself, and it has no axes and spins of its own: opposite
+rotors at equal distances and heights, with equal drag. All plans are for symmetric vehicles; four equal arms a quarter
+turn apart are the short way to write the most common of them. The *drag ratio* of a rotor is κ = Km/(Kf·L), of its own distance L from body z. Mirroring every
 spin replaces κ by −κ, which mirrors every surface and region in the origin of the (α1, α2) plane.
 """
 
@@ -64,9 +64,13 @@ _ROUNDING = 1e-12  # of an angle at a corner of a linkage [rad]
 _LONG_ARM = 3.0  # in metres for each cube root of a kilogram; of flying vehicles it is about 0.25
 _LIKELY_ARM = 3.0  # the cube root of an unknown mass
 _EACH = (*_TILTS, *_ANGLES, "servo_lag", "linkage", "drag_to_thrust")
+_DRAGS = ("drag_coefficient", "drag_to_thrust", "drag_ratio")
 _OF_EQUAL_ARMS = ("arm_length", "first_arm_angle", "rotor_height")
 _ALIKE = 1e-9  # share of the arm length by which two places may differ and count as one
 _FAR = 1e3  # m
+_NONE = (
+    1e-9  # what rounding leaves of a force, a moment or a determinant, in arm lengths
+)
 
 Each = float | tuple[float, ...]
 """A constant of all arms, or four of which some differ."""
@@ -126,6 +130,12 @@ class Vehicle(Pictured):
         Instead of `arm_length`, `first_arm_angle` and `rotor_height`: the places (x, y, z) of the four rotors from the
         centre of mass, counter-clockwise seen from above [m]. The three are then derived from it: means, and the angle
         of rotor 1. Four equal arms a quarter turn apart are written by the three: `rotor_positions` is then None.
+    tilt_axes, thrust_axes
+        Four directions (x, y, z) of any length: the axis about which each rotor tilts, right-handed and outward, by
+        default the horizontal line towards it; and where it thrusts at zero tilt, by default body z. The part of it
+        along the tilt axis is left out. None where all are the default ones.
+    spins
+        Instead of `first_rotor_spin`: the spin of each rotor, seen from where it thrusts to. None where neighbours alternate.
     arm_inertia, rotor_inertia
         Moment of inertia of one tilting arm with its rotor about its tilt axis, part of `inertia`, and of one rotor
         about its spin axis [kg m²].
@@ -136,7 +146,8 @@ class Vehicle(Pictured):
     Raises
     ------
     InputError
-        If a value is not as stated above, a tilt range is empty, or constants contradict each other or leave κ open.
+        If a value is not as stated above, a tilt range is empty, constants contradict each other or leave κ open, or
+        rotors with axes or spins of their own cannot lift, make a moment about some axis, or both at once.
 
     Examples
     --------
@@ -167,6 +178,9 @@ class Vehicle(Pictured):
     rotor_lag: float | None = None
     rotor_height: float = 0.0
     rotor_positions: tuple[Place, ...] | None = None
+    tilt_axes: tuple[Place, ...] | None = None
+    thrust_axes: tuple[Place, ...] | None = None
+    spins: tuple[Spin, ...] | None = None
     arm_inertia: float | None = None
     rotor_inertia: float | None = None
 
@@ -175,12 +189,15 @@ class Vehicle(Pictured):
         check_fields("vehicle", constants, _FIELDS)
         stated: dict[str, Any] = _DEFAULTS | constants
         _read_positions(stated)
+        _read_axes(stated)
         _read_words(stated)
+        _read_spins(stated, constants.get("first_rotor_spin"))
         _read_numbers(stated)
         _derive_drag_ratio(stated)
         _read_height(stated)
         for field, value in stated.items():
             object.__setattr__(self, field, value)  # the record is frozen
+        _check_axes(self)
         for arm, (least, most) in enumerate(self.tilt_range or (), start=1):
             if not least < most:
                 got = f"{least:g} to {most:g} rad for arm {arm}"
@@ -295,6 +312,35 @@ class Vehicle(Pictured):
         return tuple(math.atan2(y, x) for x, y, _ in self.rotor_positions)
 
     @property
+    def axes(self) -> tuple[Any, Any]:
+        """The tilt axis of each rotor, outward, and where it thrusts at zero tilt: unit vectors, arrays of shape (4, 3)."""
+        import numpy as np
+
+        tilt = np.array(self.scaled_positions) * [1.0, 1.0, 0.0]
+        if self.tilt_axes is not None:
+            tilt = np.array(self.tilt_axes)
+        tilt /= np.linalg.norm(tilt, axis=1, keepdims=True)
+        thrust = np.tile([0.0, 0.0, 1.0], (4, 1))
+        if self.thrust_axes is not None:
+            thrust = np.array(self.thrust_axes)
+            thrust /= np.linalg.norm(thrust, axis=1, keepdims=True)
+        thrust -= np.sum(tilt * thrust, axis=1, keepdims=True) * tilt
+        return tilt, thrust / np.linalg.norm(thrust, axis=1, keepdims=True)
+
+    @property
+    def has_own_axes(self) -> bool:
+        """Whether a rotor tilts about another axis, or thrusts elsewhere at zero tilt, than by default."""
+        return self.tilt_axes is not None or self.thrust_axes is not None
+
+    @property
+    def spin_signs(self) -> tuple[int, ...]:
+        """+1 for each rotor that turns counterclockwise seen from where it thrusts to, −1 for a clockwise one."""
+        if self.spins is not None:
+            return tuple(1 if spin == "counterclockwise" else -1 for spin in self.spins)
+        first = 1 if self.first_rotor_spin == "counterclockwise" else -1
+        return first, -first, first, -first
+
+    @property
     def scaled_drags(self) -> tuple[float, ...]:
         """Km/(Kf·L) of each rotor, with L the arm length, the mean of all."""
         if not isinstance(self.drag_to_thrust, tuple):
@@ -309,7 +355,14 @@ class Vehicle(Pictured):
 
     @property
     def asymmetry(self) -> str | None:
-        """Which pair of opposite rotors a half turn about body z does not map to itself, and why; None if symmetric."""
+        """Which pair of opposite rotors a half turn about body z does not map to itself, and why; None if symmetric.
+
+        Spins that do not alternate, and axes that are not the default ones, are named first.
+        """
+        if self.spins is not None:
+            return f"spins {', '.join(self.spins)}"
+        if self.has_own_axes:
+            return "tilt_axes or thrust_axes of its own"
         drags = self.scaled_drags
         for i, k in ((0, 2), (1, 3)):
             pair = f"rotors {i + 1} and {k + 1}"
@@ -339,6 +392,8 @@ class Vehicle(Pictured):
             and self.first_arm_angle == PAPER.first_arm_angle
             and not self.has_raised_rotors
             and self.rotor_positions is None
+            and self.spins is None
+            and not self.has_own_axes
             and not isinstance(self.drag_to_thrust, tuple)
         )
 
@@ -361,6 +416,16 @@ class Vehicle(Pictured):
                 )
         return tuple(getattr(self, name) for name in names)
 
+    def check_default_axes(self, purpose: str, *, spins: bool = False) -> None:
+        """Raise InputError if a rotor has axes of its own, or with `spins` also unless these alternate."""
+        for name in ("tilt_axes", "thrust_axes", "spins")[: 3 if spins else 2]:
+            stated = getattr(self, name)
+            if stated is not None:
+                raise InputError(
+                    f"{name} must be omitted for {purpose}, got {shown(stated)}",
+                    field=name,
+                )
+
     def replace(self, **changes: Any) -> Vehicle:
         """Return a vehicle with some constants changed; what was derived from them is derived again.
 
@@ -381,6 +446,8 @@ class Vehicle(Pictured):
                         field=name,
                     )
             new |= {name: _DEFAULTS[name] for name in _OF_EQUAL_ARMS}
+        if new["spins"] is not None and "first_rotor_spin" not in changes:
+            del new["first_rotor_spin"]
         known = {name for name, value in new.items() if value is not None}
         # A new value replaces what it would follow from; what follows from it is derived again.
         if "drag_ratio" in changes:
@@ -405,6 +472,8 @@ class Vehicle(Pictured):
         values["rotor_height"] = self.rotor_height or None
         if self.rotor_positions is not None:  # these follow from it
             values |= dict.fromkeys(_OF_EQUAL_ARMS)
+        if self.spins is not None:
+            values["first_rotor_spin"] = None
         values["servo_feedback"] = self.servo_feedback or None
         return {name: value for name, value in values.items() if value is not None}
 
@@ -515,20 +584,8 @@ def _read_positions(stated: dict[str, Any]) -> None:
             f"{beside[0]} must be omitted beside rotor_positions, got {shown(stated[beside[0]])}",
             field=beside[0],
         )
-    rows = _unarrayed(positions)
-    places = [
-        tuple(number_of(part) for part in _unarrayed(row))
-        for row in (rows if isinstance(rows, (list, tuple)) else ())
-        if isinstance(_unarrayed(row), (list, tuple))
-    ]
-    is_places = len(places) == 4 and all(len(place) == 3 for place in places)
-    if not is_places or not all(
-        abs(part) <= _FAR for place in places for part in place
-    ):
-        raise InputError(
-            f"rotor_positions must be four places (x, y, z) within ±{_FAR:g} m, got {shown(positions)}",
-            field="rotor_positions",
-        )
+    rule = f"four places (x, y, z) within ±{_FAR:g} m"
+    places = _four_vectors("rotor_positions", positions, rule)
     lengths = [math.hypot(x, y) for x, y, _ in places]
     length = sum(lengths) / 4
     for rotor, distance in enumerate(lengths, start=1):
@@ -560,7 +617,60 @@ def _read_positions(stated: dict[str, Any]) -> None:
         and max(heights) - min(heights) <= alike
         and all(abs(turn - math.pi / 2) <= _ALIKE for turn in turns)
     )
-    stated["rotor_positions"] = None if is_equal else tuple(places)
+    stated["rotor_positions"] = None if is_equal else places
+
+
+def _four_vectors(name: str, value: object, rule: str) -> tuple[Place, ...]:
+    """Return four rows of three numbers within ±1000; InputError unless they are."""
+    rows = _unarrayed(value)
+    vectors: list[Any] = [
+        tuple(number_of(part) for part in _unarrayed(row))
+        for row in (rows if isinstance(rows, (list, tuple)) else ())
+        if isinstance(_unarrayed(row), (list, tuple))
+    ]
+    has_shape = len(vectors) == 4 and all(len(vector) == 3 for vector in vectors)
+    if not has_shape or not all(
+        abs(part) <= _FAR for vector in vectors for part in vector
+    ):
+        raise InputError(f"{name} must be {rule}, got {shown(value)}", field=name)
+    return tuple(vectors)
+
+
+def _read_axes(stated: dict[str, Any]) -> None:
+    """Check that `tilt_axes` and `thrust_axes` are four directions each."""
+    for name, cannot in (("tilt_axes", "tilt"), ("thrust_axes", "thrust")):
+        if stated[name] is None:
+            continue
+        axes = _four_vectors(
+            name, stated[name], f"four directions (x, y, z) within ±{_FAR:g}"
+        )
+        for rotor, axis in enumerate(axes, start=1):
+            if math.hypot(*axis) < 1e-6:
+                raise InputError(
+                    f"{name} must be longer than 1e-6, got {shown(axis)} for rotor {rotor}, which then cannot {cannot}",
+                    field=name,
+                )
+        stated[name] = axes
+
+
+def _read_spins(stated: dict[str, Any], first: object) -> None:
+    """Check `spins`, of which the first is that of rotor 1; drop them where neighbours alternate."""
+    spins = _unarrayed(stated["spins"])
+    if spins is None:
+        return
+    if not isinstance(spins, (list, tuple)) or len(spins) != 4:
+        rule = f"four words, {' or '.join(get_args(Spin))}"
+        raise InputError(f"spins must be {rule}, got {shown(spins)}", field="spins")
+    for spin in spins:
+        checked_choice("spins", spin, get_args(Spin))
+    if first not in (None, spins[0]):
+        raise InputError(
+            f"first_rotor_spin must be omitted beside spins, got {shown(first)}",
+            field="first_rotor_spin",
+        )
+    alternate = spins[0] == spins[2] != spins[1] == spins[3]
+    stated["first_rotor_spin"] = spins[0]
+    stated["spins"] = None if alternate else tuple(spins)
 
 
 def _read_words(stated: dict[str, Any]) -> None:
@@ -658,6 +768,83 @@ def _read_height(stated: dict[str, Any]) -> None:
     stated["rotor_height"] = height + 0.0  # -0.0 is 0.0
 
 
+def _check_axes(vehicle: Vehicle) -> None:
+    """Drop axes that are the default ones; InputError for a vehicle whose rotors do not control it at any tilt angles."""
+    if vehicle.spins is None and not vehicle.has_own_axes:
+        return
+    import numpy as np
+
+    outward = np.array(vehicle.scaled_positions) * [1.0, 1.0, 0.0]
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    upward = np.tile([0.0, 0.0, 1.0], (4, 1))
+    stated_tilt = vehicle.tilt_axes or outward
+    stated_thrust = vehicle.thrust_axes or upward
+    across = np.cross(stated_tilt, stated_thrust)
+    sizes = np.linalg.norm(stated_tilt, axis=1) * np.linalg.norm(stated_thrust, axis=1)
+    is_parallel = np.linalg.norm(across, axis=1) < 1e-6 * sizes
+    if is_parallel.any():
+        rotor = int(is_parallel.argmax())
+        name = "tilt_axes" if vehicle.thrust_axes is None else "thrust_axes"
+        thrust, tilt = (
+            _text([*map(float, axes[rotor])]) for axes in (stated_thrust, stated_tilt)
+        )
+        raise InputError(
+            f"{name} must be such that tilting turns the thrust, got a thrust along {thrust} and a tilt about {tilt} "
+            f"for rotor {rotor + 1}",
+            field=name,
+        )
+    tilt_axes, thrust_axes = vehicle.axes
+    if np.abs(tilt_axes - outward).max() <= _ALIKE:
+        object.__setattr__(vehicle, "tilt_axes", None)  # the record is frozen
+    # Body z without its part along the tilt axis is upright, and has nothing across both.
+    sideways = np.sum(np.cross(tilt_axes, upward) * thrust_axes, axis=1)
+    if np.abs(sideways).max() <= _ALIKE and thrust_axes[:, 2].min() > 0:
+        object.__setattr__(vehicle, "thrust_axes", None)
+    force, moment, _ = rotor_columns(
+        vehicle.scaled_positions, vehicle.scaled_drags, vehicle.spin_signs, vehicle.axes
+    )
+    if np.abs(force[:, 2]).max() < _NONE:
+        raise InputError(
+            "vehicle must lift, got thrusts that are horizontal at all tilt angles",
+            field="vehicle",
+        )
+    about, sizes, _ = np.linalg.svd(np.concatenate([*moment], axis=1))
+    if sizes[2] < _NONE * sizes[0]:
+        axis = _text([float(part) + 0.0 for part in about[:, 2].round(6)])
+        raise InputError(
+            f"vehicle must make a moment about every axis, got none about {axis} at any tilt angles",
+            field="vehicle",
+        )
+    columns = np.concatenate([moment, force[:, 2:]], axis=1)
+    corners = np.array(np.meshgrid(*[[0, 1]] * 4)).reshape(4, -1)
+    matrices = [
+        [columns[rotor, :, corner[rotor]] for rotor in range(4)] for corner in corners.T
+    ]
+    # The determinant is linear in each (cos α, sin α): where it vanishes at all corners it does everywhere.
+    if np.abs(np.linalg.det(matrices)).max() < _NONE:
+        raise InputError(
+            "vehicle must make lift and each moment without the others at some tilt angles, got none",
+            field="vehicle",
+        )
+
+
+def rotor_columns(
+    positions: Any, drags: Any, signs: Any, axes: tuple[Any, Any]
+) -> tuple[Any, Any, Any]:
+    """Return force, moment and drag torque of each rotor's input w at zero tilt and a quarter turn, shape (4, 3, 2).
+
+    `positions` and `drags` are in arm lengths, `signs` those of the thrusts of w > 0, `axes` as in :attr:`Vehicle.axes`.
+    """
+    import numpy as np
+
+    tilt, upright = axes
+    thrust = np.stack([upright, np.cross(tilt, upright)], axis=-1)
+    force = np.array(signs)[:, None, None] * thrust
+    drag = np.array(drags)[:, None, None] * thrust
+    moment = np.cross(np.array(positions)[:, :, None], force, axis=1) - drag
+    return force, moment, drag
+
+
 def _unarrayed(value: Any) -> Any:
     """Return an array of numbers as lists; anything else as it is."""
     return value.tolist() if getattr(value, "ndim", 0) else value
@@ -705,8 +892,11 @@ def _positive(name: str, value: object) -> float:
     is_angle = name in (*_TILTS, *_ANGLES) and isinstance(value, str)
     number = angle_from_text(value, name) if is_angle else number_of(value)
     if not 1e-30 <= number <= 1e30:
+        reason = ""
+        if name in _DRAGS and number == 0:
+            reason = "; without drag a vehicle cannot yaw at zero tilt"
         raise InputError(
-            f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}"
+            f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}{reason}"
         )
     return number
 

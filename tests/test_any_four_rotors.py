@@ -8,12 +8,17 @@ from typing import TYPE_CHECKING, Any
 import networkx as nx
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import gaitgraph as gg
+from gaitgraph.flight.engine import mjcf_of
 from gaitgraph.graph import validate_graph
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.geometry import Geometry
-from gaitgraph.invertibility.matrices import attitude_sensitivities
+from gaitgraph.invertibility.matrices import (
+    attitude_sensitivities,
+    scaled_decoupling_matrix,
+)
 from gaitgraph.surface.sheets import curved_roots
 
 if TYPE_CHECKING:
@@ -31,10 +36,21 @@ def random_vehicle() -> gg.Vehicle:
     )
 
 
+def vehicle_of_any_axes() -> gg.Vehicle:
+    plain = random_vehicle()
+    outward, upward = plain.axes
+    return plain.replace(
+        tilt_axes=outward + RNG.normal(0, 0.3, (4, 3)),
+        thrust_axes=upward + RNG.normal(0, 0.3, (4, 3)),
+        spins=RNG.choice(["clockwise", "counterclockwise"], 4).tolist(),
+    )
+
+
 VEHICLES = [random_vehicle() for _ in range(8)]
+OF_ANY_AXES = [vehicle_of_any_axes() for _ in range(8)]
 
 
-@pytest.mark.parametrize("vehicle", VEHICLES[:4])
+@pytest.mark.parametrize("vehicle", VEHICLES[:4] + OF_ANY_AXES[:4])
 def test_arrays_of_roots_are_those_of_single_points(vehicle: gg.Vehicle) -> None:
     plane = RNG.uniform(-1.5, 1.5, (3, 5, 2))
     found = gg.surface.root_arrays(plane[..., 0], plane[..., 1], vehicle=vehicle)
@@ -62,7 +78,7 @@ def test_the_curved_sheet_of_a_symmetric_vehicle_is_its_plane() -> None:
 
 
 @pytest.mark.parametrize("sign", ["positive", "negative"])
-@pytest.mark.parametrize("vehicle", VEHICLES[4:6])
+@pytest.mark.parametrize("vehicle", VEHICLES[4:6] + OF_ANY_AXES[4:5])
 def test_a_graph_keeps_its_contract_and_its_edges_are_those_of_the_physics(
     vehicle: gg.Vehicle, sign: Any
 ) -> None:
@@ -222,3 +238,53 @@ def test_commands_refuse_the_vehicle_in_one_line_before_all_else(
     assert (
         "--require must be flyable" in run("validate", saved, "--require", "valid").err
     )
+
+
+@pytest.mark.parametrize("vehicle", OF_ANY_AXES)
+def test_matrices_of_any_axes_are_those_of_turned_thrusts(vehicle: gg.Vehicle) -> None:
+    """Rotations of thrusts about tilt axes, by scipy, against the columns of the package."""
+    alpha = RNG.uniform(-1.5, 1.5, 4)
+    tilt, thrust = vehicle.axes
+    turns = Rotation.from_rotvec(alpha[:, None] * tilt)
+    force = turns.apply(thrust)
+    places = np.array(vehicle.rotor_positions)
+    drags = np.array(vehicle.drag_to_thrust) * vehicle.spin_signs
+    moment = np.cross(places, force) - drags[:, None] * force
+    length = np.hypot(places[:, 0], places[:, 1]).mean()
+    level = np.vstack([moment.T / length, force[:, 2]])
+
+    # Inputs w thrust with the sign of the spin.
+    expected = level * vehicle.spin_signs
+    np.testing.assert_allclose(scaled_decoupling_matrix(alpha, vehicle), expected)
+    geometry = Geometry.of_vehicle(vehicle)
+    np.testing.assert_allclose(geometry.level_matrix(alpha), level, atol=1e-12)
+    thrusts = np.linalg.solve(level, [0, 0, 0, 1])
+    np.testing.assert_allclose(
+        gg.invertibility.hover_thrust_shares(alpha, vehicle), thrusts
+    )
+    exact = coefficients_of(vehicle, "exact")
+    at_zero, R = attitude_sensitivities([np.zeros(4), alpha], exact)[:, 2]
+    assert at_zero >= 0
+    upright = np.linalg.det(geometry.level_matrix(np.zeros(4)))
+    assert np.isclose(R * upright, at_zero * np.linalg.det(level))
+
+
+def test_vehicles_with_axes_of_their_own_are_judged_and_not_planned() -> None:
+    vehicle = OF_ANY_AXES[0]
+    with pytest.raises(gg.InputError, match="spins|tilt_axes"):
+        gg.plan_loop([(0.1, 0.1), (0.2, 0.1)], vehicle=vehicle)
+    with pytest.raises(gg.InputError, match="tilt_axes must be omitted"):
+        mjcf_of(vehicle.replace(mass=1.0, inertia=[0.01] * 3), step=1e-3, air=False)
+    rows = np.column_stack([np.linspace(0, 0.1, 5)] * 4)
+    report = gg.validate(rows, vehicle=vehicle)
+    least = Geometry.of_vehicle(vehicle).least_singular_value(rows)
+    found = report["least_singular_value"].value
+    assert found is not None
+    assert found <= least.min() + 1e-9
+
+
+def test_a_certificate_cannot_state_spins_that_do_not_alternate() -> None:
+    pairs = ["clockwise", "clockwise", "counterclockwise", "counterclockwise"]
+    vehicle = ODD.replace(spins=pairs)
+    with pytest.raises(gg.InputError, match="spins must be omitted for a certificate"):
+        gg.certify(gg.Gait(alpha=ROWS, vehicle=vehicle).parametrize(2.0))

@@ -580,6 +580,118 @@ class TestPositions:
         assert caught.value.field == "rotor_positions"
 
 
+PAIRED = ["clockwise", "clockwise", "counterclockwise", "counterclockwise"]
+LEANING = [[0.2, 0.15, 0.05], [-0.2, 0.1, 0.0], [-0.2, -0.15, 0.0], [2.0, -1.5, 0.3]]
+
+
+class TestAxes:
+    """Rotors with tilt axes, thrust axes and spins of their own."""
+
+    @pytest.mark.parametrize(
+        "stated",
+        [
+            {"tilt_axes": [[x, y, 0.0] for x, y, _ in RECTANGLE]},
+            {"thrust_axes": [[0.0, 0.0, 2.0]] * 4},
+            {"thrust_axes": [[x, y, 0.3] for x, y, _ in RECTANGLE]},
+            {"spins": ["clockwise", "counterclockwise"] * 2},
+        ],
+    )
+    def test_the_default_ones_are_the_same_vehicle(self, stated: Any) -> None:
+        plain = Vehicle(drag_to_thrust=0.02, rotor_positions=RECTANGLE)
+        vehicle = Vehicle(drag_to_thrust=0.02, rotor_positions=RECTANGLE, **stated)
+        assert vehicle == plain
+        assert vehicle.as_mapping() == plain.as_mapping()
+        assert repr(vehicle) == repr(plain)
+
+    def test_alternating_spins_are_those_of_the_first_rotor(self) -> None:
+        spins = ["counterclockwise", "clockwise"] * 2
+        assert PAPER.replace(spins=spins) == PAPER.replace(
+            first_rotor_spin="counterclockwise"
+        )
+
+    @pytest.mark.parametrize(
+        "stated",
+        [
+            {"tilt_axes": LEANING},
+            {"thrust_axes": [[0.1, 0.0, 1.0], *[[0.0, 0.0, 1.0]] * 3]},
+            {"spins": PAIRED},
+            {"spins": PAIRED, "tilt_axes": LEANING, "thrust_axes": [[0, 0.1, 1]] * 4},
+        ],
+    )
+    def test_they_are_kept_in_files_and_changed(
+        self, stated: Any, tmp_path: Path
+    ) -> None:
+        text = f"drag_to_thrust = 0.02\nrotor_positions = {RECTANGLE}\n"
+        text += "".join(
+            f"{name} = {json.dumps(value)}\n" for name, value in stated.items()
+        )
+        vehicle = vehicle_named(written(tmp_path, text))
+        assert (
+            json.loads(json.dumps(vehicle.as_mapping())) | stated
+            == vehicle.as_mapping()
+        )
+        assert vehicle_from_mapping(vehicle.as_mapping()) == vehicle
+        assert vehicle.replace(mass=2.0).replace(mass=None) == vehicle
+        plain = vehicle.replace(tilt_axes=None, thrust_axes=None, spins=None)
+        assert plain.asymmetry is None
+        assert vehicle.asymmetry is not None
+        assert not vehicle.carries_published_coefficients
+        for name in stated:
+            assert name.replace("_", " ") in str(vehicle)
+
+    def test_axes_are_unit_vectors_that_are_perpendicular(self) -> None:
+        thrust = np.array([[0.1, 0.0, 1.0], [0, 0, 5], [0, -1, 1], [0, 0.2, -3]])
+        vehicle = PAPER.replace(tilt_axes=LEANING, thrust_axes=thrust)
+        tilt, across = vehicle.axes
+        for axes in (tilt, across):
+            assert np.allclose(np.linalg.norm(axes, axis=1), 1.0)
+        assert np.abs(np.sum(tilt * across, axis=1)).max() < 1e-15
+        assert np.abs(np.cross(tilt, LEANING)).max() < 1e-15
+        assert np.abs(np.linalg.det(np.stack([tilt, across, thrust], 1))).max() < 1e-15
+
+    @pytest.mark.parametrize(
+        ("stated", "message"),
+        [
+            ({"tilt_axes": [[0, 0, 0], *LEANING[1:]]}, "rotor 1, which then cannot tilt"),
+            ({"thrust_axes": [*LEANING[1:], [0, 0, 0]]}, "rotor 4, which then cannot thrust"),
+            ({"tilt_axes": LEANING[:3]}, "tilt_axes must be four directions"),
+            ({"tilt_axes": [*LEANING[:3], [0, 0, 1]]}, "tilt_axes must be such that tilting turns the thrust, got .* for rotor 4"),
+            ({"thrust_axes": RECTANGLE}, r"thrust_axes must be .* \(0.2, 0.15, 0\) .* for rotor 1"),
+            ({"tilt_axes": [[0, 0, 1]] * 4, "thrust_axes": RECTANGLE}, "vehicle must lift"),
+            ({"spins": PAIRED[:3]}, "spins must be four words"),
+            ({"spins": ["left", *PAIRED[1:]]}, "spins must be one of"),
+            ({"spins": PAIRED, "first_rotor_spin": "counterclockwise"}, "first_rotor_spin must be omitted"),
+        ],
+    )  # fmt: skip
+    def test_what_the_vehicle_cannot_do_is_said(
+        self, stated: dict[str, Any], message: str
+    ) -> None:
+        with pytest.raises(InputError, match=message) as caught:
+            Vehicle(drag_to_thrust=0.02, rotor_positions=RECTANGLE, **stated)
+        assert caught.value.field in {*stated, "vehicle"}
+
+    @pytest.mark.parametrize(
+        ("shift", "message"),
+        [(0.0, r"none about \(-?0, -?0, -?1\)"), (0.01, "without the others")],
+    )
+    def test_rotors_without_a_moment_about_an_axis_are_refused(
+        self, shift: float, message: str
+    ) -> None:
+        """Tangential tilt axes that lean so that drag and lever cancel: the yaw torque is a multiple of the lift."""
+        drags = np.array([1, -1, 1, -1]) * 0.02  # with the sign of the spin
+        axes = np.cross([0.0, 0.0, 1.0], RECTANGLE) + [0.0, 0.0, 1.0] * (
+            drags[:, None] + shift
+        )
+        with pytest.raises(InputError, match=message):
+            Vehicle(drag_to_thrust=0.02, rotor_positions=RECTANGLE, tilt_axes=axes)
+        axes[0, 2] += 0.001
+        Vehicle(drag_to_thrust=0.02, rotor_positions=RECTANGLE, tilt_axes=axes)
+
+    def test_no_drag_at_all_is_no_yaw(self) -> None:
+        with pytest.raises(InputError, match="cannot yaw at zero tilt"):
+            Vehicle(drag_to_thrust=[0.0] * 4, rotor_positions=RECTANGLE)
+
+
 def test_rotor_positions_in_millimetres_are_named_in_the_warning() -> None:
     places = [[150, 200, 0], [-150, 200, 0], [-150, -200, 0], [150, -200, 0]]
     vehicle = Vehicle(mass=1.6, drag_to_thrust=16, rotor_positions=places)

@@ -267,6 +267,7 @@ def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
 
     Four equal arms are turned about body z, so that the first is along body x: singular values do not depend on it.
     """
+    vehicle.check_default_axes("a certificate", spins=True)
     arm = vehicle.arm_length or 1.0
     places = vehicle.rotor_positions
     if places is None:

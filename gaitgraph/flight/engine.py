@@ -257,6 +257,7 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
     mass, inertia, length = vehicle.require(
         "mass", "inertia", "arm_length", purpose="flight"
     )
+    vehicle.check_default_axes("a model of the physics engine")
     arm = (
         vehicle.arm_inertia
         if vehicle.arm_inertia is not None

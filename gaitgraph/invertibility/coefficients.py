@@ -219,7 +219,7 @@ def check_symmetric(rotors: Rotors) -> None:
     """Raise InputError unless a half turn about body z maps the rotors to themselves, so that red is a plane."""
     if rotors.asymmetry is not None:
         raise InputError(
-            "vehicle must be mapped to itself by a half turn about body z to have planes of gaits, got "
+            "vehicle must be mapped to itself by a half turn about body z, with the default axes and spins, to have planes of gaits, got "
             f"{rotors.asymmetry}; gaitgraph validate judges its tables, in Python validate",
             field="vehicle",
         )
@@ -294,6 +294,8 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
         about = f"κ = {vehicle.drag_ratio:.6g}"
         if vehicle.rotor_positions is not None:
             about += ", rotor_positions"
+        elif vehicle.asymmetry:
+            about += f", {vehicle.asymmetry}"
         elif vehicle.rotor_height:
             about += f", rotor height {vehicle.rotor_height:g} m"
         raise InputError(

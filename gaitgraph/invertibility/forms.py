@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.arrays import read_only
+from gaitgraph.vehicle import rotor_columns
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Place, Vehicle
@@ -161,37 +162,46 @@ class Rotors:
     Parameters
     ----------
     positions
-        Places of the four rotors from the centre of mass. Each tilts about the horizontal line towards it.
+        Places of the four rotors from the centre of mass.
     drags
         Km/(Kf·L) of each.
-    spin
-        +1 for the paper's spins (rotor 1 clockwise seen from above), −1 for the opposite ones.
+    spins
+        The sign with which w > 0 thrusts along each upright rotor's axis, and with which it spins.
+    tilt_axes, thrust_axes
+        The unit vectors of :attr:`Vehicle.axes`.
     asymmetry
         Which rotors a half turn about body z does not map to each other, in words; None if there are none.
     """
 
     positions: tuple[Place, ...]
     drags: tuple[float, ...]
-    spin: int
+    spins: tuple[int, ...]
+    tilt_axes: tuple[Place, ...]
+    thrust_axes: tuple[Place, ...]
     asymmetry: str | None = None
 
     @property
     def thrust_signs(self) -> FloatArray:
-        """The sign with which w > 0 thrusts along each upright rotor's axis, and with which it spins, shape (4,)."""
-        return read_only(self.spin * np.array([-1.0, 1.0, -1.0, 1.0]))
+        """The spins as an array of shape (4,)."""
+        return read_only(np.array(self.spins, dtype=float))
 
     @property
     def drag_ratio(self) -> float:
-        """The mean of the drags, with the sign of the spin."""
-        return self.spin * sum(self.drags) / 4
+        """The mean of the drags, negative where rotor 1 does not spin as the paper's."""
+        return -self.spins[0] * sum(self.drags) / 4
 
 
 @lru_cache(maxsize=128)
 def rotors_of(vehicle: Vehicle) -> Rotors:
     """Return the rotors of a vehicle."""
-    spin = 1 if vehicle.first_rotor_spin == "clockwise" else -1
+    tilt_axes, thrust_axes = vehicle.axes
     return Rotors(
-        vehicle.scaled_positions, vehicle.scaled_drags, spin, vehicle.asymmetry
+        positions=vehicle.scaled_positions,
+        drags=vehicle.scaled_drags,
+        spins=vehicle.spin_signs,
+        tilt_axes=tuple(map(tuple, tilt_axes.tolist())),
+        thrust_axes=tuple(map(tuple, thrust_axes.tolist())),
+        asymmetry=vehicle.asymmetry,
     )
 
 
@@ -203,17 +213,14 @@ class Level:
 
     def __init__(self, rotors: Rotors) -> None:
         self.rotors = rotors
-        places = np.array(rotors.positions)
-        outward = places * [1.0, 1.0, 0.0]
-        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-        upward = np.broadcast_to([0.0, 0.0, 1.0], (4, 3))
-        thrust = np.stack([upward, np.cross(outward, upward)], axis=-1)
-        lift = rotors.thrust_signs[:, None, None] * thrust
-        drag = np.array(rotors.drags)[:, None, None] * thrust
-        self.force = read_only(lift)
-        self.moment = read_only(np.cross(places[:, :, None], lift, axis=1) - drag)
+        axes = (np.array(rotors.tilt_axes), np.array(rotors.thrust_axes))
+        force, moment, drag = rotor_columns(
+            rotors.positions, rotors.drags, rotors.thrust_signs, axes
+        )
+        self.force = read_only(force)
+        self.moment = read_only(moment)
         # What the drag adds to the columns of the level matrix.
-        self.drag_columns = read_only(np.concatenate([-drag, 0 * lift[:, 2:]], axis=1))
+        self.drag_columns = read_only(np.concatenate([-drag, 0 * force[:, 2:]], axis=1))
 
     @cached_property
     def direction(self) -> Form:
@@ -230,7 +237,10 @@ class Level:
 
     @cached_property
     def _tables(self) -> tuple[FloatArray, FloatArray]:
-        """The zero-moment inputs and v at the corners: determinants of three moments, over 2κ."""
+        """The zero-moment inputs and v at the corners: determinants of three moments, over 2κ.
+
+        Spins and axes of its own may make R negative at α = 0; the sign of both is then turned, so that R > 0 there.
+        """
         inputs, direction = np.zeros((2, 2, 2, 2, 4)), np.zeros((2, 2, 2, 2, 3))
         for corner in product((0, 1), repeat=4):
             columns = [self.moment[rotor, :, corner[rotor]] for rotor in range(4)]
@@ -240,6 +250,9 @@ class Level:
                 scaled = (-1) ** (rotor + 1) * minor / (2 * self.rotors.drag_ratio)
                 inputs[corner][rotor] = scaled
                 direction[corner] += scaled * self.force[rotor, :, corner[rotor]]
+        upright = direction[0, 0, 0, 0, 2]
+        if upright < -Form(direction).rounding()[2]:
+            return -inputs, -direction
         return inputs, direction
 
     @cached_property

@@ -124,11 +124,14 @@ class Geometry:
         vehicle = vehicle_named(vehicle)
         rotors, length = rotors_of(vehicle), vehicle.arm_length or 1.0
         places = length * np.array(rotors.positions)
+        tilt_axes = places * np.array([1.0, 1.0, 0.0])
+        if vehicle.has_own_axes:
+            tilt_axes = np.array(rotors.tilt_axes)
         return cls(
             position=places,
             moment_ratio=length * np.array(rotors.drags) * rotors.thrust_signs,
-            thrust_axis=np.tile([0.0, 0.0, 1.0], (4, 1)),
-            tilt_axis=places * np.array([1.0, 1.0, 0.0]),
+            thrust_axis=np.array(rotors.thrust_axes),
+            tilt_axis=tilt_axes,
             tilt_range=np.array(vehicle.tilt_range or [[-math.inf, math.inf]] * 4),
         )
 

@@ -107,8 +107,7 @@ def vehicle_view(
     toward = turned.T @ np.cross(right, up)
 
     ends = np.array(vehicle.scaled_positions)
-    outward = ends * [1.0, 1.0, 0.0]
-    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    outward, _ = vehicle.axes
     # The direction of each thrust at a level tilt is up, whatever the spin.
     thrust = (rotor_directions(angles, vehicle)[0] * thrust_signs(vehicle)).T
     along = np.cross(thrust, outward)

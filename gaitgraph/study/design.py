@@ -508,7 +508,14 @@ def _model_of(folder: Path, random: bool, entry: Any, _: int) -> Model:
 
 def _varies(name: str, value: Any) -> bool:
     """Return whether a value of a vehicle's table is an axis; three plain numbers are one inertia."""
-    if name in ("name", "linkage", "rotor_positions"):
+    if name in (
+        "name",
+        "linkage",
+        "rotor_positions",
+        "tilt_axes",
+        "thrust_axes",
+        "spins",
+    ):
         return False
     if name == "inertia" and isinstance(value, list):
         return not value or isinstance(value[0], list)
