@@ -6,6 +6,7 @@ import copy
 import json
 import math
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -134,3 +135,18 @@ def test_a_changed_field_is_checked_as_in_the_constructor() -> None:
 def test_what_has_no_form_in_json_is_refused() -> None:
     with pytest.raises(gg.InputError, match="must have a form in JSON"):
         plain(print)
+
+
+def test_answers_from_many_threads_are_those_of_one() -> None:
+    rng = np.random.default_rng(5)
+
+    def answer(k: int) -> str:
+        vehicle = gg.PAPER.replace(drag_ratio=float(ratios[k]))
+        plan = gg.plan_loop(loops[k].tolist(), vehicle=vehicle)
+        return json.dumps(plan.as_dict())
+
+    ratios = rng.uniform(0.1, 0.25, 24)
+    loops = rng.uniform((-1.4, -0.5), (0.5, 1.4), (24, 3, 2))
+    with ThreadPoolExecutor(8) as pool:
+        together = list(pool.map(answer, range(24)))
+    assert together == [answer(k) for k in range(24)]
