@@ -428,15 +428,12 @@ class TestTables:
         judged = {"vehicle": "paper", "drag_ratio": None, "coefficients": "published"}
         assert (answer["vehicle"], answer["map"]) == ("paper", judged)
 
-    def test_rows_are_bounded(
+    def test_corners_whose_attitudes_are_drawn_are_bounded(
         self, client: Client, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setitem(LIMITS, "rows", 10)
-        rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 11
-        assert "at most 10 rows" in client.table("x.csv", rows, 400)
-        assert client.table("x.csv", rows[:-18])["rows"] == 10
+        rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 10
         monkeypatch.setattr(table_query, "_MOST_CORNERS", 0)
-        diagram = client.table("x.csv", rows[:-18])["diagram"]
+        diagram = client.table("x.csv", rows)["diagram"]
         assert diagram == {"own": None, "reason": diagram["reason"]}
         assert (
             "got 1. For longer tables: gaitgraph robustness FILE" in diagram["reason"]
@@ -690,10 +687,10 @@ class TestJobs:
             raise Enough
 
         rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 3
-        state = state_of({"waypoints": [[0.36, -0.46]]})
+        state = {"waypoints": [[0.36, -0.46]]}
         known: list[tuple[Any, ...]] = [
             (queries.diagram_answer, state),
-            (file_answer, state, ".csv"),
+            (file_answer, {"state": state, "suffix": ".csv"}),
         ]
         others: list[tuple[Any, ...]] = [
             (queries.plan_answer, state),
@@ -704,7 +701,7 @@ class TestJobs:
             for work, *values in calls:
                 with pytest.raises(Enough):
                     work(*values, stop)
-            queries.planned(state)  # what is known already is no excuse
+            queries.planned(state_of(state))  # what is known already is no excuse
 
     def test_an_unexpected_error_is_one_line_and_the_server_lives_on(
         self,

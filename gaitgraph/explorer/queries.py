@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import percent
+from gaitgraph.explorer.state import State, state_of
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.planning.planner import Plan, plan
@@ -20,7 +21,6 @@ from gaitgraph.validation.report import not_judged_text
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gaitgraph.explorer.state import State
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.planning.request import PlanRequest
@@ -32,9 +32,7 @@ if TYPE_CHECKING:
 
 CURVES = 16  # singular curves of a diagram
 _MOST_ROWS = 401  # of a series; a chart has fewer pixels
-_FINE_DIGITS = (
-    10  # of values that may be as small as the rounding of the published coefficients
-)
+_FINE_DIGITS = 10  # of values as small as the rounding of published coefficients
 _KEPT_PLANS = 16
 
 _plans: dict[PlanRequest, Plan] = {}  # the most recently used is last
@@ -55,12 +53,13 @@ def planned(state: State, progress: Progress = quiet) -> Plan:
     return result
 
 
-def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
-    """Return the plan of a state as the command `plan --json` answers, with what the page draws of it.
+def plan_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
+    """Return the plan of a state, see :func:`state_of`, as the command `plan --json` answers, with what the page draws of it.
 
     ``status`` may also be "empty". ``verdict``, ``caveat`` and ``surface`` are words; ``series`` and ``vehicle_view`` are
     for the pictures. Without a gait there is a ``posture`` instead: that of the first waypoint, or upright.
     """
+    state = state_of(content)
     request = state.request
     more = {
         **in_words(None),
@@ -153,8 +152,9 @@ def to_digits(values: npt.ArrayLike, digits: int = 6) -> list[Any]:
     return list((np.round(np.asarray(values), digits) + 0.0).tolist())
 
 
-def diagram_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
-    """Return the roll–pitch diagrams of the planned gait and of the gait biased by η, as plain values."""
+def diagram_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
+    """Return the roll–pitch diagrams of a state's planned gait and of the gait biased by its η, as plain values."""
+    state = state_of(content)
     answer = {"own": None, "biased": None, "eta": state.eta, "reason": None}
     if not state.request.waypoints:
         return answer | {"reason": "no waypoints yet"}

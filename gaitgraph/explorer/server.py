@@ -20,13 +20,12 @@ from gaitgraph import __version__
 from gaitgraph.errors import (
     GaitgraphError,
     InputError,
-    check_fields,
     needs_extra,
     shown,
 )
 from gaitgraph.explorer.map_query import SHADINGS, map_answer
 from gaitgraph.explorer.queries import diagram_answer, plan_answer
-from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, state_of
+from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.files import value_from_json
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
@@ -179,33 +178,24 @@ async def body_of(request: Request, most: int) -> bytes:
     return bytes(body)
 
 
-def _plan(_: Request, body: bytes, check: Progress) -> Any:
-    return plan_answer(state_of(_content(body)), check)
+def _of_json(answer: Callable[[Any, Progress], Any]) -> Work:
+    """Return the work that answers the object in a body."""
 
+    def work(_: Request, body: bytes, check: Progress) -> Any:
+        content = value_from_json(body, "a query must be a JSON object")
+        return answer(content, check)
 
-def _diagram(_: Request, body: bytes, check: Progress) -> Any:
-    return diagram_answer(state_of(_content(body)), check)
-
-
-def _map(_: Request, body: bytes, check: Progress) -> Any:
-    return map_answer(_content(body), check)
+    return work
 
 
 def _table(request: Request, body: bytes, check: Progress) -> Any:
     return table_answer(request.query_params.get("name", ""), body, check)
 
 
-def _download(_: Request, body: bytes, check: Progress) -> Any:
-    query = _content(body)
-    check_fields("request", query, ("state", "suffix"))
-    state = state_of(query.get("state", {}))
-    name, content = file_answer(state, query.get("suffix", ".csv"), check)
+def _download(query: Any, check: Progress) -> Response:
+    name, content = file_answer(query, check)
     headers = {"content-disposition": f"attachment; filename={quote(name)}"}
     return Response(content, media_type=_BYTES, headers=headers)
-
-
-def _content(body: bytes) -> Any:
-    return value_from_json(body, "a query must be a JSON object")
 
 
 def application(token: str, port: int) -> Starlette:
@@ -221,11 +211,11 @@ def application(token: str, port: int) -> Starlette:
             Route(f"/{token}/", lambda _: FileResponse(_PAGE / "index.html")),
             Mount(f"/{token}/page", StaticFiles(directory=_PAGE)),
             Route(f"/{token}/api/setup", lambda _: JSONResponse(setup_answer())),
-            query("plan", _plan),
-            query("diagram", _diagram),
-            query("map", _map),
+            query("plan", _of_json(plan_answer)),
+            query("diagram", _of_json(diagram_answer)),
+            query("map", _of_json(map_answer)),
+            query("download", _of_json(_download)),
             query("table", _table),
-            query("download", _download),
         ],
         middleware=[
             Middleware(Guard, token=token, port=port),
@@ -365,7 +355,7 @@ def _warm_up() -> None:
     setup_answer()
     planned, refused = [0.6, -0.6], [0.5, 0.5]
     for waypoint in (planned, refused):
-        state = state_of({"waypoints": [waypoint]})
+        state = {"waypoints": [waypoint]}
         plan_answer(state)
         diagram_answer(state)
     for sheet in ("red", "blue"):

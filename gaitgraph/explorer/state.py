@@ -32,7 +32,6 @@ LIMITS: dict[str, int] = {
     "waypoints": 64,
     "polygons": 32,
     "corners": 64,
-    "rows": 200_000,
     "bytes": 8 << 20,
 }
 """The largest counts and sizes in the explorer; the library allows more."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from shutil import make_archive
 from tempfile import TemporaryDirectory
@@ -15,6 +16,7 @@ from gaitgraph.certificates.verifying import CERTIFICATE
 from gaitgraph.errors import (
     FileProblem,
     InputError,
+    check_fields,
     checked_choice,
     needs_extra,
     reworded,
@@ -29,13 +31,11 @@ from gaitgraph.explorer.queries import (
     to_digits,
     vehicle_view_answer,
 )
-from gaitgraph.explorer.state import LIMITS, State, preset_of, state_of_request
-from gaitgraph.files import naming_file
+from gaitgraph.explorer.state import preset_of, state_of, state_of_request
 from gaitgraph.gait.given import given_gait
-from gaitgraph.io.formats import FORMATS, read_format, unchecked_table, write_tables
+from gaitgraph.io.formats import FORMATS, read_format, read_table, write_tables
 from gaitgraph.plots.films import write_films
 from gaitgraph.robustness.biased import robustness_of
-from gaitgraph.timing.statement import checked
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.report import verdict_of
 from gaitgraph.validation.validating import validate
@@ -79,7 +79,8 @@ def table_answer(
     The suffix of the name selects the format; the name appears only in messages.
     """
     name = name.replace("\\", "/").rpartition("/")[2]
-    table, report = _judged_table(name, content, progress)
+    progress("reading")
+    table, report = _judged_table(name, content)
     rows, times = given_gait(table).rows
     gait = rows.merged() if table.motion is None else table.motion.gait
     # The polyline of a path leads out and back, and only the way out is shown.
@@ -110,39 +111,19 @@ def table_answer(
     }
 
 
-def _judged_table(
-    name: str, content: bytes, progress: Progress
-) -> tuple[Table, Report]:
-    """Return the table that bytes hold, and its report, from a file that is deleted at once."""
+def _judged_table(name: str, content: bytes) -> tuple[Table, Report]:
+    """Return the table that the bytes of a file hold, and its report."""
     form = read_format(name, "table")
     if form.folder:
         raise InputError(
             f"table must be a single file, got {name!r}: a {form.name} is a folder"
         )
-    with TemporaryDirectory(prefix="gaitgraph-") as folder:
-        path = Path(folder) / f"table{form.suffix}"
-        path.write_bytes(content)
-        try:
-            progress("reading")
-            table = unchecked_table(path)
-            _check_rows(table)
-            table = checked(table, path)
-            with naming_file(path):
-                report = validate(table)
-            progress(1.0)
-        except (InputError, FileProblem) as error:
-            message = error.message.replace(repr(str(path)), repr(name))
-            raise reworded(error, message) from error
-    return table, report
-
-
-def _check_rows(table: Table) -> None:
-    """Raise InputError if a table has more rows than are judged here."""
-    most = LIMITS["rows"]
-    if len(table) > most:
-        raise InputError(
-            f"a table must have at most {most} rows here, got {len(table)}; 'gaitgraph validate' has no limit"
-        )
+    try:
+        table = read_table(BytesIO(content), format=form.suffix)
+        return table, validate(table)
+    except (InputError, FileProblem) as error:
+        message = error.message.replace(f"'stream{form.suffix}'", repr(name))
+        raise reworded(error, message) from error
 
 
 def _series_of_rows(
@@ -176,11 +157,15 @@ def _diagram_of_table(gait: Gait, progress: Progress) -> dict[str, Any]:
     return {"own": diagram_of(robustness.gait), "reason": None}
 
 
-def file_answer(
-    state: State, suffix: object, progress: Progress = quiet
-) -> tuple[str, bytes]:
-    """Return the planned gait of a state as a file, or its certificate: name and bytes; a folder as a zip file."""
-    suffix = checked_choice("suffix", suffix, (*FORMATS, _FILM, CERTIFICATE))
+def file_answer(query: Any, progress: Progress = quiet) -> tuple[str, bytes]:
+    """Return the planned gait of a ``state`` as a file of a ``suffix``, or its certificate: name and bytes.
+
+    A folder is a zip file.
+    """
+    check_fields("request", query, ("state", "suffix"))
+    state = state_of(query.get("state", {}))
+    suffixes = (*FORMATS, _FILM, CERTIFICATE)
+    suffix = checked_choice("suffix", query.get("suffix", ".csv"), suffixes)
     if not state.request.waypoints:
         raise InputError(
             "waypoints must have at least one entry, got 0", field="waypoints"
