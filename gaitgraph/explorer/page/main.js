@@ -11,6 +11,7 @@ import { planViewIn } from "./plan_view.js";
 import { Gone, planOf, setupOf } from "./queries.js";
 import { isPlanDue, planKey, questionOf, storeOf } from "./store.js";
 import { tableViewIn } from "./table_view.js";
+import { vehicleIn } from "./vehicle.js";
 
 const FIRST_GAIT = 3; // of the paper's gaits, the one that a first visit shows: Gait 4
 const MODES = ["waypoints", "keep_out", "keep_in"];
@@ -57,7 +58,7 @@ function bindAddress(setup, store, commit) {
 
 // The page --------------------------------------------------------------------------------------------------------
 
-function bindPage(setup) {
+function bindPage(setup, vehicle) {
   const first = stateOfAddress(setup);
   const start = startOf(setup);
   const store = storeOf(first, planKey(first) === planKey(start));
@@ -111,7 +112,7 @@ function bindPage(setup) {
 
   // Views ---------------------------------------------------------------------------------------------------------
 
-  const pictures = picturesIn(store, {
+  const pictures = picturesIn(store, vehicle, {
     add(point, index) {
       const { waypoints } = store.page.state;
       if (isFull(waypoints.length, setup.limits.waypoints, "Waypoints")) return;
@@ -281,6 +282,7 @@ async function begin() {
   new ResizeObserver(([{ target }]) =>
     document.documentElement.style.setProperty("--sheet", `${target.offsetHeight}px`),
   ).observe(byId("verdict"));
+  const vehicle = vehicleIn(byId("vehicle-root")); // its module is loaded meanwhile
   let setup;
   try {
     setup = await setupOf();
@@ -292,7 +294,7 @@ async function begin() {
     );
     return;
   }
-  bindPage(setup);
+  bindPage(setup, vehicle);
   document.documentElement.dataset.ready = "yes";
 }
 

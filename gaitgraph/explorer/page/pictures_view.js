@@ -7,18 +7,16 @@ import { showDiagram } from "./diagram.js";
 import { byId, html } from "./elements.js";
 import { mapIn } from "./map.js";
 import { diagramOf, drawn, ghostOf, isDiagramDue, isPlanDue, mapNote, movingOf, reportOf } from "./store.js";
-import { vehicleIn } from "./vehicle.js";
 
 const STEPS = 8; // of a period, for those who asked for less motion
 
 /**
- * Make the pictures of a store. `onMap` has what the map reports, see map.js.
+ * Make the pictures of a store, with the vehicle that is there already. `onMap` has what the map reports, see map.js.
  *
  * Returns `map`, the function `showMap` for what is to be painted first, and `show` for the rest.
  */
-export function picturesIn(store, onMap) {
+export function picturesIn(store, vehicle, onMap) {
   const map = mapIn(byId("map-root"), onMap);
-  const vehicle = vehicleIn(byId("vehicle-root"));
   const clock = clockOf(showPhase, (isPlaying) => {
     byId("play").textContent = isPlaying ? "Pause" : playText();
   });
