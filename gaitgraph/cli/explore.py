@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from gaitgraph.cli import command, flag, named_in_errors, option, tell, whole_from
+import click
+
+from gaitgraph.cli.options import Whole, json_option
+from gaitgraph.cli.output import tell
 
 
-@command(
-    "Plan gaits by hand, in the browser.",
-    option("--port", "N", "0 for a free one.  [default: 0]", type=whole_from(0, 65535)),
-    flag("--no-browser", "Print the address and open nothing."),
-    "json",
+@click.command("explore", short_help="Plan gaits by hand, in the browser.")
+@click.option(
+    "--port",
+    type=Whole(0, 65535),
+    default=0,
+    help="The port to listen on; 0 for a free one.",
 )
-def explore_command(port: int = 0, no_browser: bool = False) -> int:
+@click.option("--no-browser", is_flag=True, help="Print the address and open nothing.")
+@json_option
+def explore_command(port: int, no_browser: bool) -> int:
     """Serve the explorer on the loopback address until interrupted, and open it in the browser.
 
     The first line printed is its address. It contains a secret token: anyone on this machine who has it can use the
@@ -23,8 +29,7 @@ def explore_command(port: int = 0, no_browser: bool = False) -> int:
 
     from gaitgraph.explorer.server import Server
 
-    with named_in_errors({"port": port}):
-        server = Server(port)
+    server = Server(port)
 
     def open_page() -> None:
         with suppress(Exception):

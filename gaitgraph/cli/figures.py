@@ -3,53 +3,60 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Literal
 
-from gaitgraph.cli import (
-    PAPER_GAITS,
-    Paths,
-    Working,
-    command,
-    file,
-    gait_in,
-    one_of,
-    option,
-    tell,
-)
+import click
+
+from gaitgraph.cli.inputs import gait_in
+from gaitgraph.cli.options import PAPER_GAITS, FileOr, common_options, force_option
+from gaitgraph.cli.output import tell, working
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.coefficients import Kind
+    from gaitgraph.vehicle import Vehicle
 
 _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
 
 
-@command(
-    "Draw the figures of the paper, or the set of a gait.",
-    file("gait_file", "[GAIT_FILE]", *PAPER_GAITS, required=False),
-    option(
-        "--only",
-        "NAME",
-        "1 to 22, 18b, 19b, 22b, regions or set; repeatable.",
-        words=_NAMES,
-        multiple=True,
-    ),
-    option(
-        "--output",
-        "DIR",
-        "Folder, created if missing.  [default: figures]",
-        default="figures",
-    ),
-    one_of(
-        "--format",
-        "png",
-        "svg",
-        "pdf",
-        of="Repeatable: ",
-        default="png, svg",
-        name="formats",
-        multiple=True,
-    ),
-    "force vehicle coefficients json",
+@click.command(
+    "figures", short_help="Draw the figures of the paper, or the set of a gait."
 )
+@click.argument(
+    "gait_file", metavar="[GAIT_FILE]", type=FileOr(*PAPER_GAITS), required=False
+)
+@click.option(
+    "--only",
+    type=click.Choice(_NAMES),
+    metavar="NAME",
+    multiple=True,
+    show_default="all, or set with GAIT_FILE",
+    help="1 to 22, 18b, 19b, 22b, regions or set; repeatable.",
+)
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False),
+    metavar="FOLDER",
+    default="figures",
+    help="Folder, created if missing.",
+)
+@click.option(
+    "--format",
+    "formats",
+    type=click.Choice(["png", "svg", "pdf"], case_sensitive=False),
+    multiple=True,
+    default=["png", "svg"],
+    help="Repeatable.",
+)
+@force_option
+@common_options
 def figures_command(
-    output: str, formats: Paths = (), gait_file: str | None = None, **given: Any
+    gait_file: str | None,
+    only: tuple[str, ...],
+    output: str,
+    formats: tuple[Literal["png", "svg", "pdf"], ...],
+    force: bool,
+    vehicle: Vehicle | None,
+    coefficients: Kind | None,
 ) -> int:
     """Draw Figures 1 to 22 of the paper, the exact regions, and the set of Gait 3.
 
@@ -60,18 +67,28 @@ def figures_command(
     """
     from gaitgraph.plots.figures import FIGURES, write_figures
 
-    os.environ["MPLBACKEND"] = (
-        "agg"  # no window is opened, and a notebook's backend may be missing here
-    )
-    if formats:
-        given["formats"] = [name.lower() for name in formats]
+    # No window is opened, and a notebook's backend may be missing here.
+    os.environ["MPLBACKEND"] = "agg"
+    gait = None
     if gait_file is not None:
-        given = {"only": ("set",), "gait": gait_in(gait_file, given)} | given
-    with Working("drawing") as progress:
-        written = write_figures(output, progress=progress, **given)
-    known = {figure.stem: figure for figure in FIGURES.values()}
-    drawn = [(str(path), known[path.stem]) for path in written]
-    rows = [
-        {"file": path, "figure": one.name, "title": one.title} for path, one in drawn
-    ]
-    return tell({"files": rows}, [f"wrote {path}: {one.title}" for path, one in drawn])
+        gait = gait_in(gait_file, vehicle=vehicle, coefficients=coefficients)
+        only = only or ("set",)
+    with working("drawing") as progress:
+        paths = write_figures(
+            output,
+            only=only or None,
+            vehicle=vehicle,
+            coefficients=coefficients,
+            gait=gait,
+            formats=formats,
+            force=force,
+            progress=progress,
+        )
+    figure_of_stem = {figure.stem: figure for figure in FIGURES.values()}
+    files = []
+    lines = []
+    for path in paths:
+        figure = figure_of_stem[path.stem]
+        files.append({"file": str(path), "figure": figure.name, "title": figure.title})
+        lines.append(f"wrote {path}: {figure.title}")
+    return tell({"files": files}, lines)

@@ -2,146 +2,107 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
-from gaitgraph.cli import (
-    TIMED,
-    Paths,
-    Working,
-    command,
-    flag,
-    gait_in,
-    named_in_errors,
-    one_of,
-    option,
-    show,
-    tell,
+from gaitgraph.cli.inputs import gait_in, stated_options
+from gaitgraph.cli.options import (
+    COUNT,
+    SECONDS,
+    SHARE,
+    Angle,
+    Pair,
+    common_options,
+    gait_file_argument,
+    gait_outputs_options,
+    once_option,
+    period_of_file_option,
 )
-from gaitgraph.errors import InputError
+from gaitgraph.cli.output import lines_of_outputs, show, tell, working
 
 if TYPE_CHECKING:
-    from gaitgraph.flight.flight import FlightSettings
+    from click.decorators import FC
+
+    from gaitgraph.flight.flight import Flight, FlightSettings
+    from gaitgraph.gait.given import GaitLike
+    from gaitgraph.invertibility.coefficients import Kind
     from gaitgraph.timing.timed_gait import TimedGait
+    from gaitgraph.vehicle import Vehicle
 
-_REFERENCES = ("attitude", "hover", "step", "line", "circle")
-# From which of the references on a setting has an effect.
-_SERVES = {"size": 2, "lap": 3, "position_stiffness": 1, "position_damping": 1}
 
-SETTINGS = (
-    option(
+def settings_options(function: FC) -> FC:
+    """Add --settings and --duration."""
+    settings = click.option(
         "--settings",
-        "FILE",
-        "A TOML file with a table [flight] of settings; options replace them.",
-    ),
-    option(
+        type=click.Path(),
+        help="A TOML file with a table [flight]: gains, limits, servos, noise, wind.",
+    )
+    duration = click.option(
         "--duration",
-        "SECONDS",
-        "Duration of the flight.  [default: a period, at least 3]",
-    ),
-    option(
-        "--tolerance",
-        "X",
-        "Largest error that counts as settled (rad, m).  [default: 0.02]",
-    ),
-    option(
-        "--attitude-stiffness", "X", "kp of roll, pitch, yaw, per s².  [default: 100]"
-    ),
-    option("--attitude-damping", "X", "kd of roll, pitch, yaw, per s.  [default: 20]"),
-    option("--altitude-stiffness", "X", "kp of altitude, per s².  [default: 100]"),
-    option("--altitude-damping", "X", "kd of altitude, per s.  [default: 20]"),
-    flag("--no-saturation", "No limits of thrust: negative thrust too."),
-    option(
-        "--thrust-limit",
-        "NEWTON",
-        "Largest thrust of a rotor.  [default: the vehicle's, if any]",
-    ),
-    option(
-        "--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"
-    ),
-    option(
-        "--servo-rate",
-        "ANGLE",
-        "Largest tilt rate per second.  [default: the vehicle's]",
-    ),
-    one_of(
-        "--arms",
-        "planned",
-        "served",
-        of="Tilt angles that the controller assumes: ",
-        default="planned; served if the vehicle's servos report theirs",
-    ),
-    option(
-        "--floor",
-        "X",
-        "Abort when the least singular value falls below this.  [default: 0.01]",
-    ),
-    option("--step", "SECONDS", "Time step of the engine.  [default: 0.001]"),
-    option("--control-rate", "HZ", "Rate of the controller.  [default: 1000]"),
-)
+        type=SECONDS,
+        metavar="SECONDS",
+        show_default="what the file says, else a period, at least 3",
+        help="Duration of the flight.",
+    )
+    return settings(duration(function))
 
 
-@command(
-    "Fly a gait in a physics engine.",
-    "gait_file once",
-    option(
-        "--attitude",
-        "ROLL,PITCH",
-        "Attitude at the start.  [default: 0.3,-0.2; level with another --reference]",
-    ),
-    "period_of_file law_of_file vehicle coefficients",
-    option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1]."),
-    click.option(
-        "--from-hover",
-        "hovers",
-        is_flag=True,
-        help="Start from hover, enter the gait, and return to hover.",
-    ),
-    option("--periods", "N", "Periods of the gait, with --from-hover.  [default: 2]"),
-    flag("--anyway", "Fly even if the gait is not flyable."),
-    one_of("--reference", *_REFERENCES),
-    option(
-        "--size",
-        "METRES",
-        "Distance to a step, a line's end, a circle's centre.  [default: 1]",
-    ),
-    option(
-        "--lap",
-        "SECONDS",
-        "Duration of a line or a circle, from rest to rest.  [default: 6]",
-    ),
-    option("--position-stiffness", "X", "kp of x and y, per s².  [default: 2.25]"),
-    option("--position-damping", "X", "kd of x and y, per s.  [default: 3]"),
-    option(
-        "--attitude-noise",
-        "ANGLE",
-        "Standard deviation of the sensors' error.  [default: 0]",
-    ),
-    option(
-        "--rate-noise", "ANGLE", "The same of angular rates, per second.  [default: 0]"
-    ),
-    option("--position-noise", "METRES", "The same of positions.  [default: 0]"),
-    option("--velocity-noise", "M/S", "The same of velocities.  [default: 0]"),
-    option("--gust", "M/S", "Standard deviation of the wind.  [default: 0]"),
-    option("--seed", "N", "Seed of noise and gusts.  [default: 0]"),
-    option("--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]"),
-    *SETTINGS,
-    "outputs force",
-    "json",
+@click.command("fly", short_help="Fly a gait in a physics engine.")
+@gait_file_argument
+@once_option
+@click.option(
+    "--attitude",
+    type=Pair(),
+    metavar="ROLL,PITCH",
+    show_default="0.3,-0.2; level with another --reference",
+    help="Attitude at the start.",
 )
+@click.option(
+    "--reference",
+    type=click.Choice(["attitude", "hover", "step", "line", "circle"]),
+    show_default="what the file says, else attitude",
+    help="What the controller holds.",
+)
+@settings_options
+@period_of_file_option
+@click.option(
+    "--bias",
+    type=SHARE,
+    help="Fly with α3 and α4 scaled by η.",
+)
+@click.option(
+    "--from-hover",
+    is_flag=True,
+    help="Start from hover, enter the gait, and return to hover.",
+)
+@click.option(
+    "--periods",
+    type=COUNT,
+    default=2,
+    help="Periods of the gait, with --from-hover.",
+)
+@click.option("--anyway", is_flag=True, help="Fly even if the gait is not flyable.")
+@gait_outputs_options
+@common_options
 def fly_command(
     gait_file: str,
-    bias: float | None = None,
-    hovers: bool = False,
-    periods: int | None = None,
-    anyway: bool = False,
-    outputs: Paths = (),
-    force: bool = False,
-    once: bool = False,
-    **given: Any,
+    once: bool,
+    attitude: tuple[float, float] | None,
+    reference: str | None,
+    settings: str | None,
+    duration: float | None,
+    period: float | None,
+    bias: float | None,
+    from_hover: bool,
+    periods: int,
+    anyway: bool,
+    outputs: tuple[str, ...],
+    force: bool,
+    vehicle: Vehicle | None,
+    coefficients: Kind | None,
 ) -> int:
     """Fly a gait by feedback linearisation: level out from an attitude, or follow a reference.
 
@@ -149,51 +110,40 @@ def fly_command(
     paper. The exit code is 1 if the flight does not settle, or is refused before take-off because the gait cannot
     fly, with the reason. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
-    from gaitgraph.flight.course import from_hover, repeated
-    from gaitgraph.flight.flight import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
 
-    asked = {**given, "bias": bias, "periods": periods}
-    settings = checked_settings(given, outputs, of="flight", force=force)
-    if periods is not None and not hovers:
-        raise InputError(
+    if "periods" in stated_options() and not from_hover:
+        raise click.UsageError(
             "--periods has an effect with --from-hover only; --duration SECONDS flies for longer"
         )
-    for name in asked.keys() & _SERVES.keys():
-        if settings.reference not in (serves := _REFERENCES[_SERVES[name] :]):
-            raise InputError(
-                f"--{name.replace('_', '-')} has an effect with --reference {', '.join(serves)} only"
-            )
-    with Working("planning") as progress, named_in_errors(asked):
-        attitude = given.pop("attitude", None)
-        start = None if attitude is None else checked_attitude(attitude)
-        source = gait_in(gait_file, given, TIMED, once=once)
-        timed = _flown(source, bias, joined=hovers, **given)
-        course: Any = timed
-        if hovers:
-            course = from_hover(
-                timed,
-                anyway=anyway,
-                **({} if periods is None else {"periods": periods}),
-            )
-            course = (
-                f"refused before take-off: {course}"
-                if isinstance(course, str)
-                else course
-            )
-        if isinstance(course, str):  # why there is none
-            flight = record_of(
-                repeated(timed),
-                settings,
-                start or (0.0, 0.0),
-                failure=("refused", course),
+    _check_flight(outputs, "flight", force=force)
+    flight_settings = _settings_of(settings, reference=reference, duration=duration)
+    start = None if attitude is None else checked_attitude(attitude)
+    with working("planning") as progress:
+        source = gait_in(
+            gait_file,
+            once=once,
+            vehicle=vehicle,
+            coefficients=coefficients,
+            period=period,
+        )
+        timed = _timed_gait_of(
+            source,
+            vehicle=vehicle,
+            coefficients=coefficients,
+            period=period,
+            bias=bias,
+            is_joined=from_hover,
+        )
+        progress("flying")
+        if from_hover:
+            flight = _flight_from_hover(
+                timed, start, flight_settings, periods, anyway=anyway
             )
         else:
-            progress("flying")
-            if hovers and settings.duration is None:
-                settings = replace(settings, duration=course.duration)
-            flight = fly(course, attitude=start, settings=settings, anyway=anyway)
-        warnings, written = list(flight.warnings), outputs if len(flight.rows) else ()
+            flight = fly(timed, attitude=start, settings=flight_settings, anyway=anyway)
+        warnings = list(flight.warnings)
+        written = outputs if len(flight.rows) else ()
         if outputs and not written:
             warnings.append(
                 f"nothing was flown, so {', '.join(outputs)} is not written"
@@ -201,90 +151,137 @@ def fly_command(
         if written:
             progress(f"writing {', '.join(written)}")
             flight.write(*written, force=force)
-    lines = [
-        *(f"warning: {one}" for one in warnings),
-        *(f"wrote {name}" for name in written),
-    ]
     return show(
-        flight, more={"warnings": warnings, "outputs": list(written)}, lines=lines
+        flight,
+        more={"warnings": warnings, "outputs": list(written)},
+        lines=[
+            *(f"warning: {warning}" for warning in warnings),
+            *lines_of_outputs(written),
+        ],
     )
 
 
-def _flown(source: Any, bias: float | None, *, joined: bool, **given: Any) -> TimedGait:
-    """Return the gait to fly; one that is `joined` from hover, as its table states it between its rows too."""
+def _timed_gait_of(
+    source: GaitLike,
+    *,
+    vehicle: Vehicle | None,
+    coefficients: Kind | None,
+    period: float | None,
+    bias: float | None,
+    is_joined: bool,
+) -> TimedGait:
+    """Return the gait to fly; one that is joined from hover, as its table states it between its rows too."""
     from gaitgraph.flight.course import biased_timed_gait
     from gaitgraph.timing.joining import played
     from gaitgraph.timing.timed_gait import timed_gait_of
 
-    if joined and bias is None and not {"period", "law"} & given.keys():
-        return played(source, **given)
-    timed = timed_gait_of(source, **given)
+    if is_joined and bias is None and period is None:
+        return played(source, vehicle=vehicle, coefficients=coefficients)
+    timed = timed_gait_of(
+        source, vehicle=vehicle, coefficients=coefficients, period=period
+    )
     return timed if bias is None else biased_timed_gait(timed, bias)
 
 
-def checked_settings(
-    given: dict[str, Any],
-    outputs: Paths,
+def _flight_from_hover(
+    timed: TimedGait,
+    attitude: tuple[float, float] | None,
+    settings: FlightSettings,
+    periods: int,
     *,
-    of: Literal["flight", "basin"],
-    force: bool,
-) -> FlightSettings:
-    """Check outputs and mujoco, and return the settings, which are taken out of the options.
+    anyway: bool,
+) -> Flight:
+    """Return the flight from hover into a gait and back; one that has no way is refused before take-off."""
+    from gaitgraph.flight.course import from_hover, repeated
+    from gaitgraph.flight.flight import record_of
+    from gaitgraph.flight.simulation import fly
 
-    Errors of the settings name the option or the file.
-    """
-    from gaitgraph.files import from_toml_file
+    course = from_hover(timed, periods=periods, anyway=anyway)
+    if isinstance(course, str):  # why there is none
+        refusal = ("refused", f"refused before take-off: {course}")
+        return record_of(
+            repeated(timed), settings, attitude or (0.0, 0.0), failure=refusal
+        )
+    if settings.duration is None:
+        settings = replace(settings, duration=course.duration)
+    return fly(course, attitude=attitude, settings=settings, anyway=anyway)
+
+
+def _check_flight(
+    outputs: tuple[str, ...], of: Literal["flight", "basin"], *, force: bool
+) -> None:
+    """Raise before any work is done if an output cannot be written, or if the engine is missing."""
     from gaitgraph.flight.engine import mujoco_library
-    from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
     from gaitgraph.plots.flights import check_flight_outputs
 
     check_flight_outputs(outputs, of=of, force=force)
     mujoco_library()
-    file = given.pop("settings", None)
-    stated = {
-        field.name: given.pop(field.name)
-        for field in fields(FlightSettings)
-        if field.name in given
-    }
-    if given.pop("no_saturation", False):
-        if "thrust_limit" in stated:
-            raise InputError(
-                f"--thrust-limit {stated['thrust_limit']:g} cannot be combined with --no-saturation"
-            )
-        stated["saturation"] = False
-    values = {} if file is None else from_toml_file(Path(file), "flight", dict)
-    try:
-        # Judged together: an option may replace what is wrong in the file.
-        with named_in_errors(stated):
-            return settings_from_mapping(values | stated)
-    except InputError as error:
-        if file is None or error.field in stated:
-            raise
-        raise InputError(f"flight file {file!r}: {error}") from error
 
 
-@command(
-    "From which roll and pitch a gait settles, by flying from each.",
-    "gait_file",
-    option("--bias", "ETA", "Also α3 and α4 scaled by η; repeatable.", multiple=True),
-    option(
-        "--resolution", "N", "Attitudes along each side of the grid.  [default: 17]"
-    ),
-    option(
-        "--extent", "ANGLE", "Largest roll and pitch at the start.  [default: 80deg]"
-    ),
-    option("--begins", "N", "Moments of the period to take off at.  [default: 1]"),
-    flag("--anyway", "Fly even gaits that cannot fly."),
-    "period_of_file law_of_file vehicle coefficients",
-    *SETTINGS,
-    "outputs force json",
+def _settings_of(
+    file: str | None, *, reference: str | None = None, duration: float | None
+) -> FlightSettings:
+    """Return the settings of a file, or the default ones; options that are stated replace them."""
+    from gaitgraph.files import from_toml_file
+    from gaitgraph.flight.flight import settings_from_mapping
+
+    options = {"reference": reference, "duration": duration}
+    stated = {name: value for name, value in options.items() if value is not None}
+    if file is None:
+        return settings_from_mapping(stated)
+    # Judged together: an option may replace what is wrong in the file.
+    return from_toml_file(
+        Path(file), "flight", lambda content: settings_from_mapping(content | stated)
+    )
+
+
+@click.command(
+    "basin", short_help="From which roll and pitch a gait settles, by flying from each."
 )
+@gait_file_argument
+@click.option(
+    "--bias",
+    type=SHARE,
+    multiple=True,
+    help="Also α3 and α4 scaled by η; repeatable.",
+)
+@click.option(
+    "--resolution",
+    type=COUNT,
+    default=17,
+    help="Attitudes along each side of the grid.",
+)
+@click.option(
+    "--extent",
+    type=Angle(is_positive=True),
+    default="80deg",
+    help="Largest roll and pitch at the start.",
+)
+@click.option(
+    "--begins",
+    type=COUNT,
+    default=1,
+    help="Moments of the period to take off at.",
+)
+@click.option("--anyway", is_flag=True, help="Fly even gaits that cannot fly.")
+@settings_options
+@period_of_file_option
+@gait_outputs_options
+@common_options
 def basin_command(
     gait_file: str,
-    bias: tuple[float, ...] = (),
-    outputs: Paths = (),
-    force: bool = False,
-    **given: Any,
+    bias: tuple[float, ...],
+    resolution: int,
+    extent: float,
+    begins: int,
+    anyway: bool,
+    settings: str | None,
+    duration: float | None,
+    period: float | None,
+    outputs: tuple[str, ...],
+    force: bool,
+    vehicle: Vehicle | None,
+    coefficients: Kind | None,
 ) -> int:
     """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and report from which it settles.
 
@@ -296,43 +293,39 @@ def basin_command(
     from gaitgraph.plots.flights import write_basins
     from gaitgraph.timing.timed_gait import timed_gait_of
 
-    asked = {**given, "bias": bias or None}
-    settings = checked_settings(given, outputs, of="basin", force=force)
-    grid = {
-        name: given.pop(name)
-        for name in ("resolution", "extent", "begins", "anyway")
-        if name in given
-    }
-    with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
-        source = gait_in(gait_file, given, TIMED)
-        timed = timed_gait_of(source, **given)
-        progress("flying")
+    _check_flight(outputs, "basin", force=force)
+    flight_settings = _settings_of(settings, duration=duration)
+    with working("flying") as progress:
+        source = gait_in(
+            gait_file, vehicle=vehicle, coefficients=coefficients, period=period
+        )
+        timed = timed_gait_of(
+            source, vehicle=vehicle, coefficients=coefficients, period=period
+        )
         basins = basins_of(
             timed,
             bias=(1.0, *bias),
-            settings=settings,
-            progress=progress.part,
-            **grid,
+            settings=flight_settings,
+            resolution=resolution,
+            extent=extent,
+            begins=begins,
+            anyway=anyway,
+            progress=lambda fraction: progress(f"{100 * fraction:.0f} %"),
         )
         if outputs:
             progress("writing")
             write_basins(basins, outputs, force=force)
-    answer = {
-        "basins": [basin.as_mapping() for basin in basins],
-        "vehicle": timed.gait.vehicle.name,
-    }
-    lines = [
-        line
-        for basin in basins
-        for line in (str(basin), *(f"warning: {one}" for one in basin.warnings))
-    ]
-    lines += [f"wrote {name}" for name in outputs]
+    lines = []
+    for basin in basins:
+        lines.append(str(basin))
+        lines += [f"warning: {warning}" for warning in basin.warnings]
     tell(
         {
-            **answer,
+            "basins": [basin.as_mapping() for basin in basins],
+            "vehicle": timed.gait.vehicle.name,
             "settings": basins[0].settings.as_mapping(),
             "outputs": list(outputs),
         },
-        lines,
+        [*lines, *lines_of_outputs(outputs)],
     )
     return 1 if any(basin.refusal for basin in basins) else 0

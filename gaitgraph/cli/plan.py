@@ -5,87 +5,106 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from gaitgraph.cli import (
-    Paths,
-    Working,
+import click
+
+from gaitgraph.cli.inputs import request_of
+from gaitgraph.cli.options import (
+    LAWS,
+    SECONDS,
+    certify_option,
+    color_option,
+    common_options,
+    divisions_option,
+    gait_outputs_options,
+    request_file_argument,
+    require_option,
+    sampling_options,
+    sign_option,
+    waypoints_option,
+)
+from gaitgraph.cli.output import (
     certificates_beside,
     check_outputs,
-    command,
-    flag,
-    one_of,
-    option,
-    request_of,
+    lines_of_outputs,
     show,
+    working,
     write_outputs,
 )
 
 
-@command(
-    "Plan a closed gait through (α1, α2) waypoints.",
-    "request_file waypoints color sign divisions",
-    one_of("--objective", "shortest", "robust"),
-    option(
-        "--method",
-        "NAME",
-        "exact: the any-angle method, straight lines in any direction; grid: the paper's graph.  [default: exact; grid "
-        "with --divisions]",
-        words=("grid", "exact"),
-    ),
-    one_of(
-        "--require",
-        "flyable",
-        "valid",
-        of="What the gait must be (valid: by the paper's rules alone): ",
-    ),
-    "floor accuracy keep_in keep_out",
-    flag("--any-order", "Visit the waypoints in the order that is shortest."),
-    flag("--reverse", "Run the loop in the other direction."),
-    "certify outputs period samples rate law force vehicle coefficients json",
+@click.command("plan", short_help="Plan a closed gait through (α1, α2) waypoints.")
+@request_file_argument
+@waypoints_option
+@color_option
+@sign_option
+@divisions_option
+@click.option(
+    "--objective", type=click.Choice(["shortest", "robust"]), default="shortest"
 )
+@click.option(
+    "--method",
+    type=click.Choice(["exact", "grid"]),
+    show_default="exact; grid with --divisions",
+    help="exact: the any-angle method, straight lines in any direction; grid: the paper's graph.",
+)
+@require_option
+@click.option(
+    "--any-order",
+    is_flag=True,
+    help="Visit the waypoints in the order that is shortest.",
+)
+@click.option("--reverse", is_flag=True, help="Run the loop in the other direction.")
+@click.option(
+    "--period", type=SECONDS, metavar="SECONDS", default=1.0, help="Period T."
+)
+@sampling_options
+@click.option(
+    "--law",
+    type=click.Choice(LAWS),
+    default=LAWS[0],
+    help="Timing law: position along the loop over time.",
+)
+@certify_option
+@gait_outputs_options
+@common_options
 def plan_command(
-    request_file: str | None = None,
-    outputs: Paths = (),
-    force: bool = False,
-    **given: Any,
+    request_file: str | None,
+    outputs: tuple[str, ...],
+    force: bool,
+    certify: bool,
+    **_: Any,  # fields of the request, which request_of reads
 ) -> int:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
 
     The request comes from a TOML or JSON file, or from a gait file of any format, which holds the request that it was
-    made from; from options, or from both: options replace what the file says.
+    made from; from options, or from both: options replace what the file says. A file may also state polygons, the
+    floor of the least singular value and the accuracy of curved borders.
     The exit code is 1, with the reason, if there is no such gait.
     """
+    from gaitgraph.certificates import making
     from gaitgraph.planning.planner import VALID_LOOPS, plan
     from gaitgraph.timing.timed_gait import checked_clock, table_of
 
     check_outputs(outputs, force=force)
-    beside = []
-    if given.pop("certify", False):
-        from gaitgraph.certificates.making import certify
-
-        beside = certificates_beside(outputs, force=force)
-    request, sampling = request_of(request_file, given)
+    certificates = certificates_beside(outputs, force=force) if certify else []
+    request, sampling = request_of(request_file, needs_waypoints=True)
     checked_clock(request.period, request.law, **sampling)
-    with Working("planning") as progress:
-        found = plan(request, progress=progress)
-        written = tuple(outputs) if found else ()
-        if written:
-            progress(f"writing {', '.join(written)}")
+    written: list[str] = []
+    with working("planning") as progress:
+        answer = plan(request, progress=progress)
+        if answer and outputs:
+            progress(f"writing {', '.join(outputs)}")
+            timed = answer.timed(**sampling)
             certified = [
-                (path, certify(found.timed(**sampling), floor=request.floor))
-                for path in beside
+                (path, making.certify(timed, floor=request.floor))
+                for path in certificates
             ]
-            write_outputs(
-                table_of(found.timed(**sampling)),
-                written,
-                force=force,
-                rate=sampling.get("rate"),
-            )
-            for path, one in certified:
-                one.write(path, force=force)
-            written += tuple(map(str, beside))
-    if found.advice is not None:
-        found = replace(found, advice=VALID_LOOPS.command_line)
-    return show(
-        found,
-        lines=[*([""] if written else []), *(f"wrote {name}" for name in written)],
-    )
+            table = table_of(timed)
+            write_outputs(table, outputs, force=force, rate=sampling.get("rate"))
+            for path, certificate in certified:
+                certificate.write(path, force=force)
+            written = [*outputs, *map(str, certificates)]
+    if answer.advice is not None:
+        answer = replace(answer, advice=VALID_LOOPS.command_line)
+    lines = ["", *lines_of_outputs(written)] if written else []
+    return show(answer, lines=lines)

@@ -5,44 +5,44 @@ from __future__ import annotations
 import logging
 from datetime import timedelta
 from pathlib import Path
-from typing import Any
 
-from gaitgraph.cli import (
-    Working,
-    command,
-    file,
-    flag,
-    named_in_errors,
-    option,
-    print_problem,
-    show,
-    tell,
+import click
+
+from gaitgraph.cli.options import Whole, json_option
+from gaitgraph.cli.output import print_problem, show, tell, working
+
+
+@click.command(
+    "study",
+    short_help="Plan, check and fly many cases of vehicles, gaits and attitudes.",
 )
-
-
-@command(
-    "Plan, check and fly many cases of vehicles, gaits and attitudes.",
-    file("study_file", "STUDY.toml"),
-    option(
-        "--output",
-        "FOLDER",
-        "Folder of the results.  [default: the file's name without .toml]",
-    ),
-    option(
-        "--workers",
-        "N",
-        "Local worker processes; 0 flies in this process.  [default: one a core]",
-    ),
-    option(
-        "--scheduler",
-        "ADDRESS",
-        "Address of a Dask scheduler whose workers are used: tcp://HOST:PORT.",
-    ),
-    flag("--dry-run", "Count the cases and fly none."),
-    "json",
+@click.argument("study_file", metavar="STUDY.toml", type=click.Path())
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False),
+    metavar="FOLDER",
+    show_default="the file's name without .toml",
+    help="Folder of the results.",
 )
+@click.option(
+    "--workers",
+    type=Whole(min=0),
+    show_default="one a core",
+    help="Local worker processes; 0 flies in this process.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Address of a Dask scheduler whose workers are used: tcp://HOST:PORT.",
+)
+@click.option("--dry-run", is_flag=True, help="Count the cases and fly none.")
+@json_option
 def study_command(
-    study_file: str, output: str | None = None, dry_run: bool = False, **given: Any
+    study_file: str,
+    output: str | None,
+    workers: int | None,
+    scheduler: str | None,
+    dry_run: bool,
 ) -> int:
     """Fly every case of a study, and write a row for each to a Parquet dataset.
 
@@ -65,11 +65,17 @@ def study_command(
             {"study": study.name, "fingerprint": study.fingerprint, **counts},
             [str(study), estimate],
         )
-    folder = Path(output) if output is not None else Path(Path(study_file).stem)
+    folder = Path(Path(study_file).stem if output is None else output)
     logging.disable()  # what ends a study is one line; Dask would log it too
     try:
-        with Working(f"study {study.name}") as progress, named_in_errors(given):
-            run = run_study(study, folder, progress=progress, **given)
+        with working(f"study {study.name}") as progress:
+            run = run_study(
+                study,
+                folder,
+                workers=workers,
+                scheduler=scheduler,
+                progress=progress,
+            )
     except KeyboardInterrupt:
         parts = len(list((folder / "rows").glob("part-*.parquet")))
         kept = f"{parts} of {len(study.batches)} parts are in {str(folder)!r}"

@@ -3,193 +3,208 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import (
+from gaitgraph.cli.inputs import request_of
+from gaitgraph.cli.options import (
+    COUNT,
     PAPER_GAITS,
-    Working,
-    command,
-    file,
-    one_of,
-    option,
+    Angle,
+    FileOr,
+    Whole,
+    color_option,
+    common_options,
+    divisions_option,
+    picture_outputs_options,
+    request_file_argument,
+    sign_option,
+    waypoints_option,
+)
+from gaitgraph.cli.output import (
+    lines_of_outputs,
     print_problem,
-    request_of,
     show,
     tell,
     wants_json,
-    whole_from,
+    working,
 )
-from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
-    from gaitgraph.cli import Paths
+    from gaitgraph.graph.walks import EdgeRequirement
+    from gaitgraph.invertibility.coefficients import Kind
+    from gaitgraph.surface.sheets import RootSet, SignChoice
+    from gaitgraph.vehicle import Vehicle
 
 
-@command(
-    "Every (α3, α4) on the gait surfaces for one (α1, α2).",
-    click.argument("angles", metavar="A1 A2", nargs=-1),
-    "crossing_tolerance vehicle coefficients json",
-    ignore_unknown_options=True,  # a negative angle is an argument
+@click.command(
+    "roots",
+    short_help="Every (α3, α4) on the gait surfaces for one (α1, α2).",
+    context_settings={"ignore_unknown_options": True},  # a negative angle
 )
+@click.argument("alpha1", metavar="A1")
+@click.argument("alpha2", metavar="A2")
+@common_options
 def roots_command(
-    angles: tuple[str, ...] = (),
-    vehicle: Any = None,
-    coefficients: Any = None,
-    **given: Any,
+    alpha1: str, alpha2: str, vehicle: Vehicle | None, coefficients: Kind | None
 ) -> int:
     """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""
-    from dataclasses import asdict
-
-    from gaitgraph.angles import text_from_angle
-    from gaitgraph.invertibility.coefficients import coefficients_of
-    from gaitgraph.invertibility.matrices import noise_of
     from gaitgraph.surface.sheets import roots
     from gaitgraph.vehicle import PAPER
 
-    pair, numbers = (
-        ",".join(angles).split(","),
-        coefficients_of(vehicle or PAPER, coefficients),
+    answer = roots(alpha1, alpha2, vehicle=vehicle or PAPER, coefficients=coefficients)
+    first, second = answer[0].alpha[:2]
+    rows = []
+    for root in answer:
+        row = asdict(root)
+        del row["alpha1"], row["alpha2"]
+        rows.append(row)
+    fibers = [asdict(fiber) for fiber in answer.fibers]
+    return tell(
+        {"alpha1": first, "alpha2": second, "roots": rows, "fibers": fibers},
+        _lines_of_roots(answer, vehicle or PAPER, coefficients),
     )
-    if len(pair) != 2:
-        raise InputError(f"roots needs two angles A1 A2, got {' '.join(angles)!r}")
-    found = roots(*pair, coefficients=numbers, **given)
-    alpha1, alpha2 = found[0].alpha[:2]
-    rows = [
-        {k: value for k, value in asdict(root).items() if k not in ("alpha1", "alpha2")}
-        for root in found
-    ]
+
+
+def _lines_of_roots(
+    answer: RootSet, vehicle: Vehicle, coefficients: Kind | None
+) -> list[str]:
+    from gaitgraph.angles import text_from_angle
+    from gaitgraph.invertibility.coefficients import coefficients_of
+    from gaitgraph.invertibility.matrices import noise_of
+
+    numbers = coefficients_of(vehicle, coefficients)
+    point = ", ".join(text_from_angle(angle) for angle in answer[0].alpha[:2])
     lines = [
-        f"(α1, α2) = ({text_from_angle(alpha1)}, {text_from_angle(alpha2)}), {numbers.kind} coefficients"
+        f"(α1, α2) = ({point}), {numbers.kind} coefficients",
+        "  color  types            α3            α4             R",
     ]
-    lines.append("  color  types            α3            α4             R")
-    for root in found:
+    for root in answer:
         # What floating point leaves of a root with R = 0 is not printed.
         R = 0.0 if abs(root.R) <= noise_of(numbers) else root.R
-        angles_text = f"{root.alpha3:12.6f}  {root.alpha4:12.6f}"
-        lines.append(f"  {root.color:<5}  {root.types}  {angles_text}  {R:12.6g}")
-    for fiber in found.fibers:
+        angles = f"{root.alpha3:12.6f}  {root.alpha4:12.6f}"
+        lines.append(f"  {root.color:<5}  {root.types}  {angles}  {R:12.6g}")
+    for fiber in answer.fibers:
         fixed = ", ".join(f"{value:.6f}" for value in fiber.values)
         note = "; singular at every attitude" if fiber.singular else ""
         lines.append(
             f"  and a continuum {fiber.types}: {fiber.fixed} = {fixed}, {fiber.free} free{note}"
         )
-    found_fibers = [*map(asdict, found.fibers)]
-    return tell(
-        {"alpha1": alpha1, "alpha2": alpha2, "roots": rows, "fibers": found_fibers},
-        lines,
-    )
+    return lines
 
 
-@command(
-    "Every Two-Color-consistent colouring of a loop.",
-    file("loop_file", "GAIT_FILE_OR_REQUEST", *PAPER_GAITS),
-    "sign",
-    option(
-        "--limit",
-        "N",
-        "Colourings to list at most; all are counted.",
-        type=whole_from(0, 10**9),
-    ),
-    "crossing_tolerance vehicle coefficients json",
+@click.command(
+    "colorings", short_help="Every Two-Color-consistent colouring of a loop."
 )
-def colorings_command(loop_file: str, limit: int | None = None, **given: Any) -> int:
+@click.argument("loop_file", metavar="GAIT_FILE_OR_REQUEST", type=FileOr(*PAPER_GAITS))
+@click.option(
+    "--sign",
+    type=click.Choice(["auto", "positive", "negative"]),
+    show_default="what the file says, else auto",
+    help="Sign of R.",
+)
+@click.option(
+    "--limit",
+    type=Whole(min=0),
+    help="Colourings to list at most; all are counted.",
+)
+@common_options
+def colorings_command(
+    loop_file: str,
+    sign: SignChoice | None,
+    limit: int | None,
+    vehicle: Vehicle | None,
+    coefficients: Kind | None,
+) -> int:
     """List every colouring of a closed loop of (α1, α2) that obeys the Two Color rule.
 
     The loop is that of a gait file, gait1 to gait4, a table of alpha1 and alpha2 alone, or a request's waypoints. The
     exit code is 1, with the first pair of neighbours that forbids it, if there is none.
     """
-    from itertools import islice
-
     from gaitgraph.planning.request import colorings_of_file
 
-    with Working(f"coloring {loop_file}"):
-        found = colorings_of_file(loop_file, **given)
-    listed = islice(found, limit)
+    with working(f"coloring {loop_file}"):
+        answer = colorings_of_file(
+            loop_file, sign=sign, vehicle=vehicle, coefficients=coefficients
+        )
+    listed = islice(answer, limit)
     if wants_json():
         # Written one by one: there may be more than fit in memory.
         head = json.dumps(
-            {"points": found.points.tolist(), **found.as_mapping()}, allow_nan=False
+            {"points": answer.points.tolist(), **answer.as_mapping()}, allow_nan=False
         )
         click.echo(f'{head[:-1]}, "colorings": [', nl=False)
         signs: list[str] = []
         for coloring in listed:
-            click.echo(
-                (", " if signs else "") + json.dumps(list(coloring.colors)), nl=False
-            )
+            separator = ", " if signs else ""
+            click.echo(separator + json.dumps(list(coloring.colors)), nl=False)
             signs.append(coloring.sign)
         click.echo(f'], "coloring_signs": {json.dumps(signs)}}}')
     else:
-        click.echo(str(found))
+        click.echo(str(answer))
         for coloring in listed:
             click.echo(f"  {coloring}")
-        if limit is not None and found.count > limit:
+        if limit is not None and answer.count > limit:
             click.echo(f"  … {limit} of them shown")
-    return 0 if found else 1
+    return 0 if answer else 1
 
 
-@command(
-    "Closed cycles of the graph, shortest first.",
-    "request_file",
-    "keep_in keep_out",
-    option(
-        "--max-length",
-        "ANGLE",
-        "Longest cycle to list, measured in the (α1, α2) plane.",
-    ),
-    option(
-        "--limit",
-        "N",
-        "Number of cycles to list.  [default: 20]",
-        type=whole_from(1, 10**9),
-        default=20,
-    ),
-    "color sign divisions",
-    one_of(
-        "--require",
-        "flyable",
-        "valid",
-        "two_color",
-        of="Edges that count: ",
-        default="valid",
-        check=True,
-    ),
-    "vehicle coefficients json",
+@click.command("cycles", short_help="Closed cycles of the graph, shortest first.")
+@request_file_argument
+@click.option(
+    "--max-length",
+    type=Angle(),
+    help="Longest cycle to list, measured in the (α1, α2) plane.",
 )
+@click.option(
+    "--limit",
+    type=COUNT,
+    default=20,
+    help="Number of cycles to list.",
+)
+@color_option
+@sign_option
+@divisions_option
+@click.option(
+    "--require",
+    "edges",
+    type=click.Choice(["flyable", "valid", "two_color"]),
+    default="valid",
+    help="Edges that count.",
+)
+@common_options
 def cycles_command(
+    request_file: str | None,
+    max_length: float | None,
     limit: int,
-    require: Any = "valid",
-    request_file: str | None = None,
-    max_length: float | None = None,
-    **given: Any,
+    edges: EdgeRequirement,
+    **_: Any,  # fields of the request, which request_of reads
 ) -> int:
     """List simple closed cycles of the surface graph, the shortest first, each with its verdict.
 
-    Each is printed as soon as it is found, as text or as one line of JSON. Polygons confine them to a region; waypoints
-    of a request file are not used. The exit code is 1 if there is none.
+    Each is printed as soon as it is found, as text or as one line of JSON. Polygons of a request file confine them to a
+    region; its waypoints are not used. The exit code is 1 if there is none.
     """
     from gaitgraph.planning.grid import grid_cycles
-    from gaitgraph.planning.request import stated_request
 
-    if request_file is not None and "waypoints" in stated_request(request_file):
-        click.echo(
-            "warning: cycles do not use waypoints; plan --method grid finds a loop through them",
-            err=True,
+    request, _sampling = request_of(request_file)
+    if request.waypoints:
+        print_problem(
+            "warning: cycles do not use waypoints; plan --method grid finds a loop through them"
         )
-    given["waypoints"] = [(0.0, 0.0)]  # a request needs one
-    request, _ = request_of(request_file, given)
     for note in request.notes:
         print_problem(f"warning: {note}")
-    with Working("building the graph") as progress:
-        found = grid_cycles(
-            request, max_length=max_length, require=require, progress=progress
+    with working("building the graph") as progress:
+        cycles = grid_cycles(
+            request, max_length=max_length, require=edges, progress=progress
         )
     listed = 0
     while True:
-        with Working("searching cycles"):
-            cycle = next(found, None)
+        with working("searching cycles"):
+            cycle = next(cycles, None)
         if cycle is None or listed == limit:
             break
         show(cycle)
@@ -207,37 +222,33 @@ def cycles_command(
     return 0
 
 
-@command(
-    "The admissible regions, and in which part of them waypoints lie.",
-    "request_file waypoints",
-    one_of(
-        "--use",
-        "flyable",
-        "valid",
-        name="require",
-        check=True,
-        of="Region where a gait can fly, or where R has the sign: ",
-    ),
-    one_of("--color", "red", "blue"),
-    "sign floor accuracy keep_in keep_out",
-    option(
-        "--output",
-        "FILE",
-        "Draw the map: .png, .svg or .pdf; repeatable.",
-        name="outputs",
-        multiple=True,
-    ),
-    "force vehicle coefficients json",
+@click.command(
+    "region",
+    short_help="The admissible regions, and in which part of them waypoints lie.",
 )
+@request_file_argument
+@waypoints_option
+@click.option(
+    "--use",
+    "require",
+    type=click.Choice(["flyable", "valid"]),
+    default="flyable",
+    help="Region where a gait can fly, or where R has the sign.",
+)
+@click.option("--color", type=click.Choice(["red", "blue"]), default="red")
+@sign_option
+@picture_outputs_options
+@common_options
 def region_command(
-    request_file: str | None = None,
-    outputs: Paths = (),
-    force: bool = False,
-    **given: Any,
+    request_file: str | None,
+    outputs: tuple[str, ...],
+    force: bool,
+    **_: Any,  # fields of the request, which request_of reads
 ) -> int:
     """List the parts of the admissible regions, or, with waypoints, report in which part each of them lies.
 
-    A waypoint in none gets the reason and the nearest admissible point. The exit code is 1 if no part holds all
+    A waypoint in none gets the reason and the nearest admissible point. A request file may also state polygons, the
+    floor of the least singular value and the accuracy of curved borders. The exit code is 1 if no part holds all
     waypoints, so that no closed gait passes them, or if there is no part.
     """
     from gaitgraph.planning.location import located
@@ -245,19 +256,13 @@ def region_command(
     from gaitgraph.plots.gaits import write_regions
 
     check_pictures(outputs, force=force)
-    request, _ = request_of(
-        request_file, given if request_file else {"waypoints": [(0.0, 0.0)], **given}
-    )
-    if request_file is None and "waypoints" not in given:
-        request = replace(request, waypoints=())
+    request, _sampling = request_of(request_file)
     for note in request.notes:
         print_problem(f"warning: {note}")
-    with Working("computing the region"):
-        found = located(request)
+    with working("computing the region"):
+        answer = located(request)
         if outputs:
-            write_regions(found, request.vehicle, outputs, force=force)
+            write_regions(answer, request.vehicle, outputs, force=force)
     return show(
-        found,
-        lines=[f"wrote {name}" for name in outputs],
-        more={"outputs": list(outputs)},
+        answer, lines=lines_of_outputs(outputs), more={"outputs": list(outputs)}
     )

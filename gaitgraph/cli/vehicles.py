@@ -8,124 +8,134 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import command, file, option, print_json, print_problem, wants_json
-from gaitgraph.errors import InputError
+from gaitgraph.cli.options import VehicleName, common_options, force_option
+from gaitgraph.cli.output import print_json, print_problem, wants_json
 
 if TYPE_CHECKING:
+    from gaitgraph.invertibility.coefficients import Kind
     from gaitgraph.vehicle import Vehicle
 
 
-@command(
-    "List the vehicles that come with the package, or show one.",
-    file("name", "[NAME_OR_FILE]", required=False),
-    "vehicle coefficients",
-    option(
-        "--from",
-        "FILE",
-        "Read URDF, MJCF or PX4 parameters, and print TOML for --vehicle.",
-        name="source",
-    ),
-    option("--output", "FILE", "Write the vehicle as a model of MuJoCo (.xml)."),
-    "force json",
+@click.command(
+    "vehicles", short_help="List the vehicles that come with the package, or show one."
 )
+@click.argument("named", metavar="[NAME_OR_FILE]", type=VehicleName(), required=False)
+@click.option(
+    "--from",
+    "source",
+    type=click.Path(),
+    help="Read URDF, MJCF or PX4 parameters, and print TOML for --vehicle.",
+)
+@click.option(
+    "--output", type=click.Path(), help="Write the vehicle as a model of MuJoCo (.xml)."
+)
+@force_option
+@common_options
 def vehicles_command(
-    name: str | None = None,
-    vehicle: Vehicle | None = None,
-    coefficients: Any = None,
-    source: str | None = None,
-    output: str | None = None,
-    force: bool = False,
+    named: Vehicle | None,
+    source: str | None,
+    output: str | None,
+    force: bool,
+    vehicle: Vehicle | None,
+    coefficients: Kind | None,
 ) -> int:
     """List the preset vehicles with their drag ratio κ and crossing angle δ, or show one: a preset or a TOML file.
 
     With --from the exit code is 1 if the paper's method does not fit the vehicle, or the file states no drag ratio.
     """
+    if [named, vehicle, source].count(None) < 2:
+        raise click.UsageError(
+            "of NAME_OR_FILE, --vehicle and --from only one can be given"
+        )
+    if source is not None:
+        if output is not None:
+            raise click.UsageError(
+                "--output cannot be combined with --from; give it with the TOML that is printed"
+            )
+        return _show_description(source)
+    vehicle = vehicle or named
+    if output is not None:
+        _write_model(vehicle, output, force=force)
+    return _show_vehicles(vehicle, coefficients, output)
+
+
+def _show_description(source: str) -> int:
+    """Print a vehicle in a file of others as TOML; return the exit code."""
+    from gaitgraph.flight.vehicle_files import read_description
+
+    description = read_description(source)
+    if wants_json():
+        constants = [] if description.reasons else [description.constants]
+        print_json(
+            {
+                "vehicles": constants,
+                "rotors": description.rotors,
+                "missing": description.missing,
+                "reasons": description.reasons,
+                "notes": [*description.beside, *description.notes],
+            }
+        )
+    else:
+        click.echo(description.as_toml())
+        if description.missing:
+            missing = ", ".join(description.missing)
+            print_problem(
+                f"warning: the file does not state {missing}: add what you know"
+            )
+    return 1 if description.reasons or "drag_to_thrust" in description.missing else 0
+
+
+def _write_model(vehicle: Vehicle | None, output: str, *, force: bool) -> None:
+    """Write a vehicle as a model of MuJoCo."""
+    from gaitgraph.files import check_new_files, write_whole
+    from gaitgraph.flight.engine import mjcf_of
+
+    if vehicle is None or Path(output).suffix.lower() != ".xml":
+        raise click.UsageError(
+            f"--output must be a file .xml, with the name of one vehicle, got {output!r}"
+        )
+    check_new_files([output], force=force)
+    model = mjcf_of(vehicle, step=1e-3, air=False).encode()
+    write_whole([(Path(output), model)], force=force)
+
+
+def _show_vehicles(
+    vehicle: Vehicle | None, coefficients: Kind | None, output: str | None
+) -> int:
+    """Print one vehicle, or the presets; return the exit code."""
     from gaitgraph.validation.report import unlikely_limits
     from gaitgraph.vehicle import preset_names, vehicle_named
 
-    stated = [
-        one
-        for one in (
-            name,
-            vehicle and f"--vehicle {vehicle.name}",
-            source and f"--from {source}",
-        )
-        if one
+    if vehicle is None:
+        vehicles = [vehicle_named(name) for name in preset_names()]
+    else:
+        vehicles = [vehicle]
+    rows = [
+        {**one.as_mapping(), **_crossings_of(one, coefficients)} for one in vehicles
     ]
-    if len(stated) > 1:
-        raise InputError(f"{stated[-1]} cannot be combined with {stated[0]!r}")
-    if source is not None:
-        if output is not None:
-            raise InputError(
-                f"--output {output} cannot be combined with --from; give it with the TOML that is printed"
-            )
-        return _show_description(source)
-    given = vehicle if name is None else name
-    if output is not None:
-        if given is None or Path(output).suffix.lower() != ".xml":
-            raise InputError(
-                f"--output must be a file .xml, with the name of one vehicle, got {output!r}"
-            )
-        from gaitgraph.files import check_new_files, write_whole
-        from gaitgraph.flight.engine import mjcf_of
-
-        check_new_files([output], force=force)
-        write_whole(
-            [
-                (
-                    Path(output),
-                    mjcf_of(vehicle_named(given), step=1e-3, air=False).encode(),
-                )
-            ],
-            force=force,
-        )
-    known = [
-        vehicle_named(one) for one in (preset_names() if given is None else [given])
-    ]
-    rows = [{**one.as_mapping(), **_crossings_of(one, coefficients)} for one in known]
     if wants_json():
         print_json({"vehicles": rows})
         return 0
-    for one, row in zip(known, rows, strict=True):
+    for one, row in zip(vehicles, rows, strict=True):
         unlikely = unlikely_limits(
             {kind: row.get(f"max_tilt_{kind}") for kind in ("rate", "acceleration")}
         )
         for warning in (*unlikely, *one.warnings):
             print_problem(f"warning: {warning}")
-        click.echo(
-            f"{one.name}: κ = {one.drag_ratio:.6f}, {_crossing_text(one, row['crossings'])}"
-        )
+        crossing = _crossing_text(one, row["crossings"])
+        click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, {crossing}")
         click.echo("\n".join(str(one).splitlines()[1:]))
     if output is not None:
         click.echo(f"wrote {output}")
     return 0
 
 
-def _show_description(source: str) -> int:
-    from gaitgraph.flight.vehicle_files import read_description
-
-    found = read_description(source)
-    if wants_json():
-        stated = {
-            name: getattr(found, name) for name in ("rotors", "missing", "reasons")
-        }
-        stated["notes"] = [*found.beside, *found.notes]
-        print_json({"vehicles": [] if found.reasons else [found.constants], **stated})
-    else:
-        click.echo(found.as_toml())
-        if found.missing:
-            print_problem(
-                f"warning: the file does not state {', '.join(found.missing)}: add what you know"
-            )
-    return 1 if found.reasons or "drag_to_thrust" in found.missing else 0
-
-
-def _crossings_of(vehicle: Vehicle, coefficients: Any) -> dict[str, Any]:
+def _crossings_of(vehicle: Vehicle, coefficients: Kind | None) -> dict[str, Any]:
     """Return the crossing angle δ, and the crossing lines of α1 and of α2 [rad]; None for a vehicle that is not symmetric."""
     from gaitgraph.invertibility.coefficients import coefficients_of
 
     if vehicle.asymmetry is not None:
-        return dict.fromkeys(("delta", "crossings"))
+        return {"delta": None, "crossings": None}
     first, second = coefficients_of(vehicle, coefficients).crossings
     return {"delta": first, "crossings": [first, second]}
 

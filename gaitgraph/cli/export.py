@@ -1,0 +1,216 @@
+"""The command export: a gait file in other formats, or with another timing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gaitgraph.cli.inputs import gait_in
+from gaitgraph.cli.options import (
+    COUNT,
+    anyway_option,
+    common_options,
+    force_option,
+    gait_file_argument,
+    law_of_file_option,
+    once_option,
+    period_of_file_option,
+    require_option,
+    sampling_options,
+)
+from gaitgraph.cli.output import tell, warn_of_rate, working
+
+if TYPE_CHECKING:
+    from gaitgraph.gait.given import GaitLike
+    from gaitgraph.invertibility.coefficients import Kind
+    from gaitgraph.io.exporting import Exported
+    from gaitgraph.io.servo_map import ServoMap
+    from gaitgraph.timing.laws import LawName
+    from gaitgraph.vehicle import Vehicle
+
+
+@click.command(
+    "export", short_help="Write a gait file in other formats, or with another timing."
+)
+@gait_file_argument
+@click.argument(
+    "outputs", metavar="OUTPUT...", type=click.Path(), nargs=-1, required=True
+)
+@click.option(
+    "--columns",
+    metavar="NAME_OR_FILE",
+    type=click.Path(),
+    help="Joints of a servo table from elsewhere, as for --servos.",
+)
+@click.option(
+    "--servos",
+    metavar="NAME_OR_FILE",
+    type=click.Path(),
+    help="Write positions of joints, by a preset or a TOML file.",
+)
+@click.option(
+    "--periods",
+    type=COUNT,
+    show_default="1; 2 with --from-hover",
+    help="Periods, one after the other; a C header and a film have one.",
+)
+@click.option(
+    "--from-hover",
+    is_flag=True,
+    help="Enter it from hover, run --periods of it, and return, as one motion.",
+)
+@require_option
+@anyway_option
+@once_option
+@period_of_file_option
+@sampling_options
+@law_of_file_option
+@force_option
+@common_options
+def export_command(
+    gait_file: str,
+    outputs: tuple[str, ...],
+    columns: str | None,
+    servos: str | None,
+    periods: int | None,
+    from_hover: bool,
+    require: Any,
+    anyway: bool,
+    once: bool,
+    period: float | None,
+    samples: int | None,
+    rate: float | None,
+    law: LawName | None,
+    force: bool,
+    vehicle: Vehicle | None,
+    coefficients: Kind | None,
+) -> int:
+    """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
+
+    A table with times keeps its rows; a path, as of a transition or with --once, is not closed. --samples and --rate
+    sample the motion that the table states: its law, else what joins its rows. --period runs it faster or slower. Without
+    times, or with --law, the polyline through the rows gets a new timing. With --servos the columns are positions of the
+    vehicle's joints: order, sign, zero, degrees or pulse widths. Such files are read without an option, servo tables from
+    elsewhere with --columns. What is written is judged: if it is not flyable (or not valid, with --require valid),
+    nothing is written and the exit code is 1, unless --anyway. With --from-hover the flight is written from hover to hover,
+    which is run once; with --period or --law of the gait.
+    """
+    from gaitgraph.io.exporting import export
+    from gaitgraph.io.formats import tables_and_films
+    from gaitgraph.io.servo_map import servo_map_named
+    from gaitgraph.plots.films import check_films, write_films
+
+    joints = None if columns is None else servo_map_named(columns)
+    servo_map = None if servos is None else servo_map_named(servos)
+    tables, films = tables_and_films(outputs)
+    check_films(films, force=force)
+    with working(f"exporting {gait_file}"):
+        source = gait_in(
+            gait_file,
+            once=once,
+            joints=joints,
+            vehicle=vehicle,
+            coefficients=coefficients,
+        )
+        motion: dict[str, Any] = {
+            "vehicle": vehicle,
+            "coefficients": coefficients,
+            "period": period,
+            "law": law,
+        }
+        if from_hover:
+            source = _mission_of(source, motion, periods, rate=rate, anyway=anyway)
+            motion = {}
+            periods = None
+        exported = export(
+            source,
+            tables,
+            **motion,
+            samples=samples,
+            rate=rate,
+            joints=joints,
+            servos=servo_map,
+            periods=periods or 1,
+            force=force,
+            require=require,
+            anyway=anyway,
+        )
+        if films:
+            write_films(exported.table, films, force=force)
+        warn_of_rate(exported.table["t"], rate)
+    return tell(
+        _answer_of(exported, outputs, servo_map),
+        _lines_of(exported, outputs, films, periods or 1),
+    )
+
+
+def _mission_of(
+    source: GaitLike,
+    motion: dict[str, Any],
+    periods: int | None,
+    *,
+    rate: float | None,
+    anyway: bool,
+) -> GaitLike:
+    """Return the flight from hover to hover, by default with two periods; another period or law is of the gait."""
+    from gaitgraph.planning.missions import mission
+    from gaitgraph.timing.timed_gait import timed_gait_of
+
+    if motion["period"] is None and motion["law"] is None:
+        vehicle, coefficients = motion["vehicle"], motion["coefficients"]
+    else:
+        source = timed_gait_of(source, **motion)
+        vehicle = coefficients = None
+    return mission(
+        source,
+        periods=2 if periods is None else periods,
+        vehicle=vehicle,
+        coefficients=coefficients,
+        rate=rate,
+        anyway=anyway,
+    )
+
+
+def _answer_of(
+    exported: Exported, outputs: tuple[str, ...], servos: ServoMap | None
+) -> dict[str, Any]:
+    report = exported.report
+    answer: dict[str, Any] = {
+        "rows": len(exported.table),
+        "columns": list(exported.table.columns),
+        "outputs": list(outputs),
+        "valid": report.valid,
+        "flyable": report.flyable,
+        "not_judged": list(report.not_judged),
+        "hover_power": report.hover_power,
+        "warnings": list(report.warnings),
+    }
+    if exported.rate_checks:
+        answer["rate_checks"] = [check.as_mapping() for check in exported.rate_checks]
+    if servos:
+        answer["servos"] = servos.as_mapping()
+        answer["clipped"] = exported.clipped
+    return answer
+
+
+def _lines_of(
+    exported: Exported, outputs: tuple[str, ...], films: list[Any], periods: int
+) -> list[str]:
+    from gaitgraph.validation.report import lines_of_checks
+
+    rows = len(exported.table)
+    lines = []
+    for name in outputs:
+        if name in films:
+            content = "one period, drawn"
+        elif name.lower().endswith(".h"):  # it repeats by itself
+            content = f"{rows} rows"
+        else:
+            content = f"{(rows - 1) * periods + 1} rows"
+        lines.append(f"wrote {name}: {content}")
+    lines += lines_of_checks(exported.rate_checks)
+    lines += [exported.report.verdict, *exported.report.warning_lines]
+    for joint, count in exported.clipped.items():
+        lines.append(f"clipped: joint {joint!r} at its limit in {count} of {rows} rows")
+    return lines

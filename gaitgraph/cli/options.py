@@ -1,0 +1,340 @@
+"""The kinds of values that options take, and the options that several commands share."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gaitgraph.cli.output import JSON, print_problem
+from gaitgraph.tolerances import DEFAULT_FLOOR
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from click.decorators import FC
+    from click.shell_completion import CompletionItem
+
+    from gaitgraph.invertibility.geometry import Geometry
+    from gaitgraph.vehicle import Vehicle
+
+PAPER_GAITS = ("gait1", "gait2", "gait3", "gait4")  # of Section 5, instead of a file
+LAWS = ("smooth", "constant-speed", "equal-time")
+"""The timing laws, stated here again since help loads no numpy."""
+
+
+# ---------------------------------------------------------------- kinds of values
+
+
+class Angle(click.ParamType[float]):
+    """An angle that is not negative, or is positive, as a number of radians or a text such as 20deg."""
+
+    name = "angle"
+
+    def __init__(self, *, is_positive: bool = False) -> None:
+        self.is_positive = is_positive
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the angle [rad]."""
+        angle = _angle_or_nan(value)
+        if not angle >= 0 or (self.is_positive and angle == 0):
+            sign = "> 0" if self.is_positive else "≥ 0"
+            allowed = f"an angle {sign}, such as 0.3, pi/8 or 20deg"
+            self.fail(f"{value!r} is not {allowed}.", param, ctx)
+        return angle
+
+
+class Pair(click.ParamType[tuple[float, float]]):
+    """Two angles with a comma between them."""
+
+    name = "A1,A2"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, float]:
+        """Return the two angles [rad]."""
+        angles = _angles(value)
+        if len(angles) != 2 or any(map(math.isnan, angles)):
+            allowed = "two angles with a comma between them, such as pi/8,-20deg"
+            self.fail(f"{value!r} is not {allowed}.", param, ctx)
+        return angles[0], angles[1]
+
+
+class Polygon(click.ParamType[list[tuple[float, float]]]):
+    """The corners of a polygon: pairs of angles with spaces between them."""
+
+    name = "polygon"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> list[tuple[float, float]]:
+        """Return the corners [rad]."""
+        return [Pair().convert(corner, param, ctx) for corner in value.split()]
+
+
+def _angles(text: str) -> list[float]:
+    return [_angle_or_nan(part) for part in text.split(",")]
+
+
+def _angle_or_nan(value: Any) -> float:
+    from gaitgraph.angles import angle_from_text
+    from gaitgraph.errors import InputError
+
+    try:
+        return angle_from_text(value)
+    except InputError:
+        return math.nan
+
+
+class Number(click.FloatRange):
+    """A number in a range."""
+
+    name = "number"
+
+
+class Whole(click.IntRange):
+    """A whole number in a range."""
+
+    name = "integer"
+
+
+SECONDS = Number(min=0, min_open=True)
+SHARE = Number(0, 1, min_open=True)
+COUNT = Whole(min=1)
+
+
+class FileOr(click.Path):
+    """The name of a file, or one of a few words; the shell completes both."""
+
+    def __init__(self, *words: str) -> None:
+        super().__init__(dir_okay=True)  # a bag of ROS 2 is a folder
+        self.words = words
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str:
+        """Return the name or the word."""
+        path = Path(value)
+        is_file = path.suffix or path.exists()
+        if value.lower() not in self.words and not is_file:
+            from gaitgraph.errors import did_you_mean
+
+            hint = did_you_mean(value, self.words)
+            words = ", ".join(self.words)
+            self.fail(
+                f"{value!r} is neither a file nor one of {words}{hint}", param, ctx
+            )
+        return str(value)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Offer files, and the words."""
+        return _files_and(self.words, incomplete)
+
+
+class VehicleName(click.ParamType["Vehicle | Geometry"]):
+    """A vehicle: a preset or a TOML file."""
+
+    name = "name_or_file"
+
+    def read(self, name: str) -> Vehicle | Geometry:
+        """Return the vehicle of a name."""
+        from gaitgraph.vehicle import vehicle_named
+
+        return vehicle_named(name)
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Vehicle | Geometry:
+        """Return the vehicle."""
+        return self.read(value)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Offer files, and the presets."""
+        from gaitgraph.vehicle import preset_names
+
+        return _files_and(preset_names(), incomplete)
+
+
+class VehicleOrGeometry(VehicleName):
+    """A vehicle, or rotors of any geometry in a file."""
+
+    def read(self, name: str) -> Vehicle | Geometry:
+        """Return the vehicle or the geometry; print a warning for each rotor beside its tilt axis."""
+        from gaitgraph.flight.vehicle_files import vehicle_or_geometry
+
+        return vehicle_or_geometry(name, lambda note: print_problem(f"warning: {note}"))
+
+
+def _files_and(words: Iterable[str], incomplete: str) -> list[CompletionItem]:
+    from click.shell_completion import CompletionItem
+
+    # Files first, since bash drops what comes before them.
+    files = [CompletionItem(incomplete, type="file")]
+    return files + [
+        CompletionItem(word) for word in words if word.startswith(incomplete)
+    ]
+
+
+# ---------------------------------------------------------------- shared options
+
+
+def _keep_json(ctx: click.Context, _: click.Parameter, is_asked: bool) -> None:
+    ctx.meta[JSON] = is_asked
+
+
+json_option = click.option(
+    "--json",
+    is_flag=True,
+    expose_value=False,
+    callback=_keep_json,
+    help="Print one JSON object and nothing else.",
+)
+coefficients_option = click.option(
+    "--coefficients",
+    type=click.Choice(["published", "printed", "exact"]),
+    show_default="published for the paper's vehicle, else exact",
+    help="Coefficients of formula (1).",
+)
+
+
+def common_options(function: FC) -> FC:
+    """Add --vehicle, --coefficients and --json."""
+    vehicle = click.option(
+        "--vehicle",
+        type=VehicleName(),
+        help="A preset (see gaitgraph vehicles) or a TOML file.",
+    )
+    return vehicle(coefficients_option(json_option(function)))
+
+
+gait_file_argument = click.argument(
+    "gait_file", metavar="GAIT_FILE", type=FileOr(*PAPER_GAITS)
+)
+request_file_argument = click.argument(
+    "request_file", metavar="[REQUEST.toml]", type=click.Path(), required=False
+)
+force_option = click.option(
+    "--force", is_flag=True, help="Overwrite outputs that exist."
+)
+
+
+def gait_outputs_options(function: FC) -> FC:
+    """Add --output for gaits in any format, and --force."""
+    output = click.option(
+        "--output",
+        "outputs",
+        type=click.Path(),
+        multiple=True,
+        help="Write the answer, in the format of the suffix; repeatable.",
+    )
+    return output(force_option(function))
+
+
+def picture_outputs_options(function: FC) -> FC:
+    """Add --output for pictures, and --force."""
+    output = click.option(
+        "--output",
+        "outputs",
+        type=click.Path(),
+        multiple=True,
+        help="Draw it: .png, .svg or .pdf; repeatable.",
+    )
+    return output(force_option(function))
+
+
+waypoints_option = click.option(
+    "--waypoint", "waypoints", type=Pair(), multiple=True, help="Repeat in order."
+)
+color_option = click.option(
+    "--color", type=click.Choice(["auto", "red", "blue"]), default="auto"
+)
+sign_option = click.option(
+    "--sign",
+    type=click.Choice(["auto", "positive", "negative"]),
+    default="auto",
+    help="Sign of R.",
+)
+divisions_option = click.option(
+    "--divisions",
+    type=Whole(),
+    default=16,
+    help="Grid intervals in [−π/2, π/2].",
+)
+floor_option = click.option(
+    "--floor",
+    type=Number(min=0),
+    default=DEFAULT_FLOOR,
+    help="The least singular value must stay above this.",
+)
+certify_option = click.option(
+    "--certify",
+    is_flag=True,
+    help="Write a certificate beside each output: gait.cert.json beside gait.csv.",
+)
+once_option = click.option(
+    "--once",
+    is_flag=True,
+    help="The rows are a path: run once, not led back to row 1.",
+)
+require_option = click.option(
+    "--require",
+    type=click.Choice(["flyable", "valid"]),
+    default="flyable",
+    help="What the gait must be; valid: by the paper's rules alone.",
+)
+anyway_option = click.option(
+    "--anyway", is_flag=True, help="Write it although it is not flyable."
+)
+period_of_file_option = click.option(
+    "--period",
+    type=SECONDS,
+    metavar="SECONDS",
+    show_default="what the file says",
+    help="Period T.",
+)
+law_of_file_option = click.option(
+    "--law",
+    type=click.Choice(LAWS),
+    show_default="what the file says",
+    help="Timing law.",
+)
+
+
+def sampling_options(function: FC) -> FC:
+    """Add --samples and --rate."""
+    samples = click.option(
+        "--samples",
+        type=COUNT,
+        metavar="N",
+        show_default="100",
+        help="Even intervals per period.",
+    )
+    rate = click.option(
+        "--rate",
+        type=Number(min=0, min_open=True),
+        metavar="HZ",
+        help="Samples per second, instead of --samples.",
+    )
+    return samples(rate(function))
+
+
+def polygon_options(function: FC) -> FC:
+    """Add --keep-in and --keep-out."""
+    keep_in = click.option(
+        "--keep-in",
+        type=Polygon(),
+        multiple=True,
+        help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.',
+    )
+    keep_out = click.option(
+        "--keep-out", type=Polygon(), multiple=True, help="Only outside; repeatable."
+    )
+    return keep_in(keep_out(function))

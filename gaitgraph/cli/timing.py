@@ -1,0 +1,295 @@
+"""The commands pace and transition: the least period of a gait, and paths between gaits and hover."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from gaitgraph.cli.inputs import gait_in
+from gaitgraph.cli.options import (
+    PAPER_GAITS,
+    SECONDS,
+    Angle,
+    FileOr,
+    Number,
+    anyway_option,
+    certify_option,
+    common_options,
+    gait_file_argument,
+    gait_outputs_options,
+    require_option,
+    sampling_options,
+)
+from gaitgraph.cli.output import (
+    certificates_beside,
+    check_outputs,
+    lines_of_outputs,
+    show,
+    working,
+    write_outputs,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from gaitgraph.invertibility.coefficients import Kind
+    from gaitgraph.timing.time_optimal import LeastPeriod, Origin
+    from gaitgraph.vehicle import Vehicle
+
+
+@click.command(
+    "transition", short_help="A path from hover to a gait, back, or from gait to gait."
+)
+@click.argument("start", metavar="FROM", type=FileOr("hover", *PAPER_GAITS))
+@click.argument("end", metavar="TO", type=FileOr("hover", *PAPER_GAITS))
+@click.option(
+    "--duration",
+    type=SECONDS,
+    metavar="SECONDS",
+    show_default="1, or what the limits need",
+    help="Duration of the path.",
+)
+@require_option
+@gait_outputs_options
+@common_options
+def transition_command(
+    start: str,
+    end: str,
+    duration: float | None,
+    require: str,
+    outputs: tuple[str, ...],
+    force: bool,
+    vehicle: Vehicle | None,
+    coefficients: Kind | None,
+) -> int:
+    """Find a path on the surface from FROM to TO, each a gait file or the word hover.
+
+    A table is left and joined at its first row, gait1 to gait4 at a corner. Where a gait is in motion at its first row,
+    its clock starts slowly after the path, and stops slowly before it. The exit code is 1, with the proof, if there is no path: between R > 0, where
+    hover is, and R < 0 every path passes a singular matrix. It is 1 too, with the reason and without outputs, if the path
+    is not flyable, unless --require valid.
+    """
+    from gaitgraph.planning.transitions import transition
+    from gaitgraph.timing.joining import HOVER
+
+    def end_of(name: str) -> Any:
+        if name.lower() == HOVER:
+            return HOVER
+        return gait_in(name, vehicle=vehicle, coefficients=coefficients)
+
+    check_outputs(outputs, force=force)
+    with working("searching a path"):
+        answer = transition(
+            end_of(start),
+            end_of(end),
+            duration=duration,
+            vehicle=vehicle,
+            coefficients=coefficients,
+        )
+        is_wanted = bool(answer) and (require == "valid" or answer.report.flyable)
+        written = outputs if is_wanted else ()
+        if written:
+            write_outputs(answer.table, written, force=force)
+    return show(answer, lines=lines_of_outputs(written), ok=is_wanted)
+
+
+@click.command(
+    "pace", short_help="The least period of a gait under limits of the servos."
+)
+@gait_file_argument
+@click.option(
+    "--period",
+    type=SECONDS,
+    metavar="SECONDS",
+    show_default="the least",
+    help="Period T.",
+)
+@click.option(
+    "--max-rate",
+    type=Angle(is_positive=True),
+    show_default="the vehicle's",
+    help="Largest tilt rate per second.",
+)
+@click.option(
+    "--max-acceleration",
+    type=Angle(is_positive=True),
+    show_default="the vehicle's",
+    help="Per second squared.",
+)
+@click.option(
+    "--max-jerk",
+    type=Angle(is_positive=True),
+    show_default="the vehicle's",
+    help="Per second cubed.",
+)
+@click.option(
+    "--rounding",
+    type=Angle(is_positive=True),
+    show_default="what the file says, else rest at corners",
+    help="Largest distance from a rounded corner.",
+)
+@click.option(
+    "--servo-lag",
+    type=Number(min=0),
+    metavar="SECONDS",
+    show_default="the vehicle's, if any",
+    help="Time constant.",
+)
+@sampling_options
+@certify_option
+@gait_outputs_options
+@require_option
+@anyway_option
+@common_options
+def pace_command(
+    gait_file: str,
+    period: float | None,
+    max_rate: float | None,
+    max_acceleration: float | None,
+    max_jerk: float | None,
+    rounding: float | None,
+    servo_lag: float | None,
+    samples: int | None,
+    rate: float | None,
+    certify: bool,
+    outputs: tuple[str, ...],
+    force: bool,
+    require: str,
+    anyway: bool,
+    vehicle: Vehicle | None,
+    coefficients: Kind | None,
+) -> int:
+    """Find the time-optimal timing law of a gait file, a request's gait or gait1 to gait4, or one for a given period.
+
+    A timing law maps time to position along the loop. This one is twice continuously differentiable, periodic, and
+    keeps the limits between samples too. It rests at every corner unless corners are rounded. The exit code is 1 if no
+    law meets the limits in the period. It is 1 too, and nothing is written, if outputs are asked for and the motion is
+    not flyable (or not valid, with --require valid), unless --anyway.
+    """
+    from gaitgraph.certificates import making
+    from gaitgraph.timing.servo_lag import servo_response
+    from gaitgraph.timing.timed_gait import table_of
+    from gaitgraph.validation.report import unlikely_limits, verdict_of
+    from gaitgraph.validation.validating import validate
+    from gaitgraph.validation.worst import both
+
+    check_outputs(outputs, force=force)
+    certificates: list[Path] = []
+    if certify:
+        certificates = certificates_beside(outputs, force=force)
+    with working(f"reading {gait_file}") as progress:
+        origin = _origin_of(gait_file, vehicle, coefficients)
+        progress("pacing")
+        pacing = _pacing(
+            origin,
+            period,
+            {"rate": max_rate, "acceleration": max_acceleration, "jerk": max_jerk},
+            servo_lag=servo_lag,
+            rounding=rounding,
+            samples=samples,
+            rate=rate,
+            progress=progress,
+        )
+        warnings = unlikely_limits(pacing.limits.as_mapping())
+        lines = [f"warning: {warning}" for warning in warnings]
+        timed = pacing.timed
+        if timed is None:
+            more = {
+                **dict.fromkeys(verdict_of(None)),
+                "servo": None,
+                "outputs": [],
+                "warnings": warnings,
+            }
+            return show(pacing, more=more, lines=lines)
+        table = table_of(timed)
+        report = both(timed.check(), validate(table))
+        is_wanted = report.flyable if require == "flyable" else report.valid
+        is_refused = bool(outputs) and not (is_wanted or anyway)
+        if is_refused:
+            lines.append("nothing is written")
+            outputs = ()
+            certificates = []
+        lines.append(f"  {report.verdict}")
+        new_warnings = [text for text in report.warnings if text not in warnings]
+        lines += [f"warning: {warning}" for warning in new_warnings]
+        if not report.flyable:
+            lines.append(f"  not flyable: {report.reason}")
+        lag = timed.gait.vehicle.servo_lag if servo_lag is None else servo_lag
+        servo = None
+        if lag is not None:
+            response = servo_response(timed, lag)
+            servo = response.as_mapping()
+            lines.append(f"  {response}")
+        certified = [(path, making.certify(timed)) for path in certificates]
+        if outputs:
+            write_outputs(table, outputs, force=force, rate=rate)
+        lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
+        for path, certificate in certified:
+            certificate.write(path, force=force)
+            lines.append(f"wrote {path}")
+    more = {
+        **verdict_of(report),
+        "servo": servo,
+        "outputs": list(outputs),
+        "warnings": [*warnings, *new_warnings],
+    }
+    return show(pacing, more=more, lines=lines, ok=bool(pacing) and not is_refused)
+
+
+def _origin_of(
+    gait_file: str, vehicle: Vehicle | None, coefficients: Kind | None
+) -> Origin:
+    """Return the path of a gait file and what it was made for; raise unless it is on one sheet."""
+    from gaitgraph.errors import InputError
+    from gaitgraph.timing.time_optimal import origin_of
+
+    source = gait_in(gait_file, vehicle=vehicle, coefficients=coefficients)
+    origin = origin_of(source, vehicle=vehicle, coefficients=coefficients)
+    if origin.gait.color not in ("red", "blue"):
+        why = f"gaitgraph validate {gait_file} says why"
+        remedy = f"{why}, gaitgraph retarget {gait_file} moves it there"
+        raise InputError(
+            f"{gait_file} must be a gait on one sheet, red or blue; {remedy}"
+        )
+    return origin
+
+
+def _pacing(
+    origin: Origin,
+    period: float | None,
+    limits: dict[str, float | None],
+    *,
+    servo_lag: float | None,
+    rounding: float | None,
+    samples: int | None,
+    rate: float | None,
+    progress: Callable[[str], None],
+) -> LeastPeriod:
+    """Return the law of a gait under these limits, else those of the file and its vehicle."""
+    from gaitgraph.timing.limits import limits_of
+    from gaitgraph.timing.time_optimal import least_period, paced
+
+    gait = origin.gait
+    limited = limits_of(gait.vehicle, origin.limits, servo_lag=servo_lag, **limits)
+    if rounding is None:
+        rounding = origin.rounding
+    if period is None:
+        return least_period(
+            gait,
+            limited,
+            rounding=rounding,
+            samples=samples,
+            rate=rate,
+            progress=progress,
+        )
+    return paced(
+        gait,
+        limited,
+        period=period,
+        rounding=rounding,
+        samples=samples,
+        rate=rate,
+        progress=progress,
+    )
