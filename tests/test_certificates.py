@@ -458,15 +458,10 @@ def test_commands(run: Any, tmp_path: Path) -> None:
     assert all(float(bound) <= 50 * (1 + 1e-9) for bound in bounds)
     assert "belong" not in run("validate", "paced.csv").out
     (tmp_path / "low.toml").write_text("drag_ratio = 0.026\n")
-    low = (
-        "plan",
-        "--waypoint",
-        "1.57,-0.814",
-        "--vehicle",
-        "low.toml",
-        "--floor",
-        "0.01",
+    (tmp_path / "near_singular.toml").write_text(
+        'waypoints = [[1.57, -0.814]]\nvehicle = "low.toml"\nfloor = 0.01\n'
     )
+    low = ("plan", "near_singular.toml")
     assert run(*low, "--output", "low.csv", "--certify").code == 0
     assert run("certify", "low.csv", "--floor", "0.01").code == 0
     near = (

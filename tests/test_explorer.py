@@ -757,7 +757,7 @@ class TestCommand:
             taken.listen()
             done = run("explore", "--no-browser", "--port", taken.getsockname()[1])
         assert (done.code, done.out) == (2, "")
-        assert "--port must be a free port, or 0 for any" in done.err
+        assert "port must be a free port, or 0 for any" in done.err
         assert done.err.count("\n") == 1
 
     def test_the_browser_is_opened_and_may_fail(

@@ -339,7 +339,9 @@ def test_robustness_draws_its_picture(run: Any, folder: Path) -> None:
 
 def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
     """Against samples of Gait 3, whose extremes are at its corners, and the numbers of the paper's rectangles."""
-    given = ("compare", "gait1", "gait3", "--period", "2", "--law", "constant-speed")
+    gait = gg.lift(GAITS[2].angles, "red")
+    gait.parametrize(law="constant-speed").write("gait3.csv")
+    given = ("compare", "gait1", "gait3.csv", "--period", "2")
     result = run(*given, "--output", "both.png", "--json")
     assert (result.code, result.err, result.json["outputs"]) == (0, "", ["both.png"])
     blue, red = result.json["gaits"]
@@ -353,7 +355,7 @@ def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
     corners = gg.gait_of("gait3").alpha
     servo = gg.robustness.servo_margin(np.vstack([corners, corners[:1]]))
     expected = {
-        "gait": "gait3", "flyable": True, "valid": True, "reachable_from_hover": False,
+        "gait": "gait3.csv", "flyable": True, "valid": True, "reachable_from_hover": False,
         "not_judged": ["thrust_limit", "tilt_range", "tilt_rate", "tilt_acceleration"], "reason": "",
         "vehicle": "paper", "color": "red",
         "length": math.pi, "period": 2.0, "least_singular_value": least.min(), "tilt_margin_deg": 90.0,

@@ -281,18 +281,9 @@ def test_paced_gaits_are_flown_but_not_biased() -> None:
 
 
 def test_the_command_reports_each_basin(run: Any, tmp_path: Path) -> None:
-    done = run(
-        "basin",
-        "gait3",
-        "--bias",
-        0.8,
-        "--resolution",
-        2,
-        "--output",
-        "basin.csv",
-        "--thrust-limit",
-        4 * SHARE,
-    )
+    (tmp_path / "s.toml").write_text(f"[flight]\nthrust_limit = {4 * SHARE}\n")
+    asked = ("--bias", 0.8, "--resolution", 2, "--settings", "s.toml")
+    done = run("basin", "gait3", *asked, "--output", "basin.csv")
     assert (done.code, done.err) == (0, "")
     assert (
         "Basin of the gait itself: 2 by 2 attitudes, roll and pitch up to 80°: "

@@ -53,19 +53,10 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     assert out.code == 0
     assert "waypoint 2 (-0.3927, 0.3927): in part 1" in out.out
     assert "a loop can join them all" in out.out
-    assert (
-        run(
-            "region",
-            str(request),
-            "--use",
-            "valid",
-            "--floor",
-            "0.3",
-            "--accuracy",
-            "1e-3",
-        ).code
-        == 0
-    )
+    request.write_text(request.read_text() + "floor = 0.3\naccuracy = 1e-3\n")
+    assert run("region", str(request), "--use", "valid").code == 0
+    request.write_text("keep_in = [[[0.6, -0.6], [1.0, -0.6], [1.0, -1.0]]]\n")
+    assert run("region", str(request), "--sign", "negative").out.count("part 1") == 1
     listed = run("region", "--output", str(tmp_path / "map.png"))
     assert (listed.code, (tmp_path / "map.png").stat().st_size > 10_000) == (0, True)
     assert "red, R > 0: 2 parts of" in listed.out

@@ -818,7 +818,7 @@ def test_every_answer_with_a_verdict_names_what_was_not_judged(run: Any) -> None
         ("transition hover gait.csv", ()),
         ("retarget gait.csv", ()),
         ("export gait.csv out.json --force", ()),
-        ("optimize --waypoint=-0.8,0.8 --waypoint=-0.4,0.4 --pieces 8", ()),
+        ("optimize --waypoint=-0.8,0.8 --waypoint=-0.4,0.4", ()),
     ):
         names = [name for name in EVERY if name not in judged]
         answer = run(*command.split(), "--json").json

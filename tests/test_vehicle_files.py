@@ -468,7 +468,7 @@ WRONG = {
     "vehicles --from none.params": "CA_ROTOR_COUNT must be the number of rotors, got 0",
     "vehicles --from servo.params": "CA_ROTOR0_TILT must be at most CA_SV_TL_COUNT = 4, got 7",
     "vehicles --from good.params --output x.xml": "cannot be combined",
-    "vehicles paper --from good.params": "--from good.params cannot be combined with 'paper'",
+    "vehicles paper --from good.params": "of NAME_OR_FILE, --vehicle and --from only one can be given",
     "vehicles --output x.xml": "--output must be a file .xml, with the name of one vehicle",
     "vehicles paper --output x.urdf": "--output must be a file .xml",
     "vehicles light.toml --output x.xml": "states no mass",

@@ -33,20 +33,21 @@ GROUPS = {
         "verify": "certifying",
         "robustness": "judging",
     },
-    "Change": {
+    "Change and write": {
         "pace": "timing",
         "transition": "timing",
         "optimize": "gaits",
         "retarget": "gaits",
+        "export": "export",
     },
-    "Write": {"export": "export"},
     "Fly": {"fly": "flights", "basin": "flights", "study": "study"},
-    "Surfaces and the paper": {
+    "Look up and draw": {
         "roots": "surface",
         "cycles": "surface",
         "figures": "figures",
+        "explore": "explore",
+        "vehicles": "vehicles",
     },
-    "Page and vehicles": {"explore": "explore", "vehicles": "vehicles"},
 }
 """The commands in the order of the work. Each is the function NAME_command of the file that stands beside it."""
 

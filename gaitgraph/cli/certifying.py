@@ -11,6 +11,7 @@ from gaitgraph.cli.inputs import gait_in
 from gaitgraph.cli.options import (
     Angle,
     common_options,
+    floor_option,
     force_option,
     gait_file_argument,
     json_option,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     type=Angle(),
     help="Claim too that no attitude within this tilt from upright is singular.",
 )
+@floor_option
 @click.option("--untimed", is_flag=True, help="Leave rates and accelerations out.")
 @force_option
 @common_options
@@ -42,6 +44,7 @@ def certify_command(
     gait_file: str,
     output: str | None,
     tilt: float | None,
+    floor: float,
     untimed: bool,
     force: bool,
     vehicle: Vehicle | None,
@@ -69,6 +72,7 @@ def certify_command(
             vehicle=vehicle,
             coefficients=coefficients,
             tilt=tilt,
+            floor=floor,
             timing=not untimed,
         )
         for name in outputs:
