@@ -258,9 +258,7 @@ def test_vehicles_and_version(run: Any) -> None:
 
 
 @pytest.mark.parametrize("command", [[], *[[name] for name in COMMANDS]])
-def test_help(
-    run: Any, command: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_help(run: Any, command: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
     result = run(*command, "--help")
     assert result.code == 0
@@ -646,8 +644,8 @@ def files(run: Any) -> None:
     Path("off.csv").write_text("alpha1,alpha2,alpha3,alpha4\n0.1,0.2,1.3,1.4\n")
     Path("no.csv").write_text("alpha1,alpha2,color\n0.5,-0.5,red\n-0.5,0.5,blue\n")
     corners = "keep_in = [[[1.4, 1.4], [1.5, 1.4], [1.5, 1.5]]]"
-    waypoints = [list(pair) for pair in G3.waypoints]
-    Path("faraway.toml").write_text(f"waypoints = {waypoints}\n{corners}\n")
+    square = [list(pair) for pair in G3.waypoints]
+    Path("faraway.toml").write_text(f"waypoints = {square}\n{corners}\n")
     Path("study.toml").write_text(
         'name = "two"\ngaits = ["gait1", "gait4"]\n[flight]\nduration = 1.0\n'
     )
