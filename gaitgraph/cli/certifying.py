@@ -37,7 +37,9 @@ if TYPE_CHECKING:
     help="Claim too that no attitude within this tilt from upright is singular.",
 )
 @floor_option
-@click.option("--untimed", is_flag=True, help="Leave rates and accelerations out.")
+@click.option(
+    "--untimed", is_flag=True, help="Claim nothing about rates and accelerations."
+)
 @force_option
 @common_options
 def certify_command(

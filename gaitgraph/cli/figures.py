@@ -45,7 +45,7 @@ _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
     type=click.Choice(["png", "svg", "pdf"], case_sensitive=False),
     multiple=True,
     default=["png", "svg"],
-    help="Repeatable.",
+    help="Format of the files; repeatable.",
 )
 @force_option
 @common_options

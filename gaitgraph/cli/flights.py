@@ -44,7 +44,7 @@ def settings_options(function: FC) -> FC:
         "--duration",
         type=SECONDS,
         metavar="SECONDS",
-        show_default="what the file says, else a period, at least 3",
+        show_default="what --settings says, else a period, at least 3",
         help="Duration of the flight.",
     )
     return settings(duration(function))
@@ -63,8 +63,8 @@ def settings_options(function: FC) -> FC:
 @click.option(
     "--reference",
     type=click.Choice(["attitude", "hover", "step", "line", "circle"]),
-    show_default="what the file says, else attitude",
-    help="What the controller holds.",
+    show_default="what --settings says, else attitude",
+    help="What the controller holds or follows.",
 )
 @settings_options
 @period_of_file_option
@@ -243,7 +243,7 @@ def _settings_of(
     "--bias",
     type=SHARE,
     multiple=True,
-    help="Also α3 and α4 scaled by η; repeatable.",
+    help="Fly also with α3 and α4 scaled by η; repeatable.",
 )
 @click.option(
     "--resolution",
@@ -261,7 +261,7 @@ def _settings_of(
     "--begins",
     type=COUNT,
     default=1,
-    help="Moments of the period to take off at.",
+    help="Take off at so many moments of the period.",
 )
 @click.option("--anyway", is_flag=True, help="Fly even gaits that cannot fly.")
 @settings_options

@@ -39,16 +39,17 @@ if TYPE_CHECKING:
     type=Angle(),
     multiple=True,
     default=["0.1"],
-    help="Radius of the discs around the waypoints; repeat it for one each.",
+    help="Radius of the discs around the waypoints; repeat it for one of each.",
 )
 @click.option(
     "--objective",
     type=click.Choice(["singular_value", "hover_reserve"]),
     default="singular_value",
+    help="What is as good as possible at the worst place of the gait.",
 )
 @sign_option
 @click.option(
-    "--period", type=SECONDS, metavar="SECONDS", default=1.0, help="Period T."
+    "--period", type=SECONDS, metavar="SECONDS", default=1.0, help="Period of the gait."
 )
 @polygon_options
 @gait_outputs_options
@@ -112,7 +113,7 @@ def optimize_command(
     "--keep",
     type=SHARE,
     show_default="the nearest rows, however little moves",
-    help="Keep the shape, smaller by this factor.",
+    help="Keep the shape of the motion, and make it smaller by this factor.",
 )
 @polygon_options
 @gait_outputs_options

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     "--tolerance",
     type=Number(min=0),
     default=DEFAULT_TOLERANCE,
-    help="Largest |Rφ|, |Rθ| on the surface.",
+    help="Largest |Rφ| and |Rθ| that count as on the surface.",
 )
 @floor_option
 @click.option(
@@ -156,7 +156,7 @@ def _note_on_certificate(
 )
 @click.option(
     "--scale",
-    type=Number(),
+    type=float,
     multiple=True,
     help="Scale all four by η; repeatable.",
 )

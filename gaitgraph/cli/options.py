@@ -245,16 +245,23 @@ def picture_outputs_options(function: FC) -> FC:
         "outputs",
         type=click.Path(),
         multiple=True,
-        help="Draw it: .png, .svg or .pdf; repeatable.",
+        help="Draw the answer, as .png, .svg or .pdf; repeatable.",
     )
     return output(force_option(function))
 
 
 waypoints_option = click.option(
-    "--waypoint", "waypoints", type=Pair(), multiple=True, help="Repeat in order."
+    "--waypoint",
+    "waypoints",
+    type=Pair(),
+    multiple=True,
+    help="A point of the (α1, α2) plane; repeat in order.",
 )
 color_option = click.option(
-    "--color", type=click.Choice(["auto", "red", "blue"]), default="auto"
+    "--color",
+    type=click.Choice(["auto", "red", "blue"]),
+    default="auto",
+    help="Sheet of the surface.",
 )
 sign_option = click.option(
     "--sign",
@@ -264,7 +271,7 @@ sign_option = click.option(
 )
 divisions_option = click.option(
     "--divisions",
-    type=Whole(),
+    type=int,
     default=16,
     help="Grid intervals in [−π/2, π/2].",
 )
@@ -282,13 +289,13 @@ certify_option = click.option(
 once_option = click.option(
     "--once",
     is_flag=True,
-    help="The rows are a path: run once, not led back to row 1.",
+    help="Take the rows as a path that is run once, not as a closed gait.",
 )
 require_option = click.option(
     "--require",
     type=click.Choice(["flyable", "valid"]),
     default="flyable",
-    help="What the gait must be; valid: by the paper's rules alone.",
+    help="What the gait must be; valid means by the paper's rules alone.",
 )
 anyway_option = click.option(
     "--anyway", is_flag=True, help="Write it although it is not flyable."
@@ -298,7 +305,7 @@ period_of_file_option = click.option(
     type=SECONDS,
     metavar="SECONDS",
     show_default="what the file says",
-    help="Period T.",
+    help="Period of the gait.",
 )
 law_of_file_option = click.option(
     "--law",

@@ -39,13 +39,16 @@ from gaitgraph.cli.output import (
 @sign_option
 @divisions_option
 @click.option(
-    "--objective", type=click.Choice(["shortest", "robust"]), default="shortest"
+    "--objective",
+    type=click.Choice(["shortest", "robust"]),
+    default="shortest",
+    help="The shortest loop, or the one farthest from singular.",
 )
 @click.option(
     "--method",
     type=click.Choice(["exact", "grid"]),
     show_default="exact; grid with --divisions",
-    help="exact: the any-angle method, straight lines in any direction; grid: the paper's graph.",
+    help="exact: straight lines in any direction; grid: along the edges of the paper's graph.",
 )
 @require_option
 @click.option(
@@ -55,7 +58,7 @@ from gaitgraph.cli.output import (
 )
 @click.option("--reverse", is_flag=True, help="Run the loop in the other direction.")
 @click.option(
-    "--period", type=SECONDS, metavar="SECONDS", default=1.0, help="Period T."
+    "--period", type=SECONDS, metavar="SECONDS", default=1.0, help="Period of the gait."
 )
 @sampling_options
 @click.option(
@@ -77,7 +80,7 @@ def plan_command(
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
 
     The request comes from a TOML or JSON file, or from a gait file of any format, which holds the request that it was
-    made from; from options, or from both: options replace what the file says. A file may also state polygons, the
+    made from; from options; or from both: then options replace what the file says. A file may also state polygons, the
     floor of the least singular value and the accuracy of curved borders.
     The exit code is 1, with the reason, if there is no such gait.
     """

@@ -109,7 +109,7 @@ def _lines_of_roots(
 @click.option(
     "--limit",
     type=Whole(min=0),
-    help="Colourings to list at most; all are counted.",
+    help="List at most so many; all are counted.",
 )
 @common_options
 def colorings_command(
@@ -163,7 +163,7 @@ def colorings_command(
     "--limit",
     type=COUNT,
     default=20,
-    help="Number of cycles to list.",
+    help="List at most so many.",
 )
 @color_option
 @sign_option
@@ -173,7 +173,7 @@ def colorings_command(
     "edges",
     type=click.Choice(["flyable", "valid", "two_color"]),
     default="valid",
-    help="Edges that count.",
+    help="Which edges of the graph a cycle may have.",
 )
 @common_options
 def cycles_command(
@@ -233,9 +233,14 @@ def cycles_command(
     "require",
     type=click.Choice(["flyable", "valid"]),
     default="flyable",
-    help="Region where a gait can fly, or where R has the sign.",
+    help="The region where a gait can fly, or where R has the sign.",
 )
-@click.option("--color", type=click.Choice(["red", "blue"]), default="red")
+@click.option(
+    "--color",
+    type=click.Choice(["red", "blue"]),
+    default="red",
+    help="Sheet of the surface.",
+)
 @sign_option
 @picture_outputs_options
 @common_options

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -31,11 +32,12 @@ from gaitgraph.cli.output import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from gaitgraph.invertibility.coefficients import Kind
-    from gaitgraph.timing.time_optimal import LeastPeriod, Origin
+    from gaitgraph.timing.servo_lag import ServoResponse
+    from gaitgraph.timing.time_optimal import Origin
+    from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle
 
 
@@ -68,8 +70,8 @@ def transition_command(
 
     A table is left and joined at its first row, gait1 to gait4 at a corner. Where a gait is in motion at its first row,
     its clock starts slowly after the path, and stops slowly before it. The exit code is 1, with the proof, if there is no path: between R > 0, where
-    hover is, and R < 0 every path passes a singular matrix. It is 1 too, with the reason and without outputs, if the path
-    is not flyable, unless --require valid.
+    hover is, and R < 0 every path passes a singular matrix. It is also 1, and nothing is written, if the path is not
+    flyable (or not valid, with --require valid).
     """
     from gaitgraph.planning.transitions import transition
     from gaitgraph.timing.joining import HOVER
@@ -104,7 +106,7 @@ def transition_command(
     type=SECONDS,
     metavar="SECONDS",
     show_default="the least",
-    help="Period T.",
+    help="Period of the gait.",
 )
 @click.option(
     "--max-rate",
@@ -116,26 +118,26 @@ def transition_command(
     "--max-acceleration",
     type=Angle(is_positive=True),
     show_default="the vehicle's",
-    help="Per second squared.",
+    help="Largest tilt acceleration, per second squared.",
 )
 @click.option(
     "--max-jerk",
     type=Angle(is_positive=True),
     show_default="the vehicle's",
-    help="Per second cubed.",
+    help="Largest tilt jerk, per second cubed.",
 )
 @click.option(
     "--rounding",
     type=Angle(is_positive=True),
     show_default="what the file says, else rest at corners",
-    help="Largest distance from a rounded corner.",
+    help="Round the corners, by at most this distance from each.",
 )
 @click.option(
     "--servo-lag",
     type=Number(min=0),
     metavar="SECONDS",
     show_default="the vehicle's, if any",
-    help="Time constant.",
+    help="Time constant of the servos.",
 )
 @sampling_options
 @certify_option
@@ -165,11 +167,12 @@ def pace_command(
 
     A timing law maps time to position along the loop. This one is twice continuously differentiable, periodic, and
     keeps the limits between samples too. It rests at every corner unless corners are rounded. The exit code is 1 if no
-    law meets the limits in the period. It is 1 too, and nothing is written, if outputs are asked for and the motion is
-    not flyable (or not valid, with --require valid), unless --anyway.
+    law meets the limits in the period. It is also 1, and nothing is written, if the motion is not flyable (or not valid,
+    with --require valid) and outputs are asked for without --anyway.
     """
     from gaitgraph.certificates import making
-    from gaitgraph.timing.servo_lag import servo_response
+    from gaitgraph.timing.limits import limits_of
+    from gaitgraph.timing.time_optimal import least_period, paced
     from gaitgraph.timing.timed_gait import table_of
     from gaitgraph.validation.report import unlikely_limits, verdict_of
     from gaitgraph.validation.validating import validate
@@ -182,12 +185,21 @@ def pace_command(
     with working(f"reading {gait_file}") as progress:
         origin = _origin_of(gait_file, vehicle, coefficients)
         progress("pacing")
-        pacing = _pacing(
-            origin,
-            period,
-            {"rate": max_rate, "acceleration": max_acceleration, "jerk": max_jerk},
+        limits = limits_of(
+            origin.gait.vehicle,
+            origin.limits,
             servo_lag=servo_lag,
-            rounding=rounding,
+            rate=max_rate,
+            acceleration=max_acceleration,
+            jerk=max_jerk,
+        )
+        find_law = least_period
+        if period is not None:
+            find_law = partial(paced, period=period)
+        pacing = find_law(
+            origin.gait,
+            limits,
+            rounding=origin.rounding if rounding is None else rounding,
             samples=samples,
             rate=rate,
             progress=progress,
@@ -216,11 +228,8 @@ def pace_command(
         lines += [f"warning: {warning}" for warning in new_warnings]
         if not report.flyable:
             lines.append(f"  not flyable: {report.reason}")
-        lag = timed.gait.vehicle.servo_lag if servo_lag is None else servo_lag
-        servo = None
-        if lag is not None:
-            response = servo_response(timed, lag)
-            servo = response.as_mapping()
+        response = _response_of(timed, servo_lag)
+        if response is not None:
             lines.append(f"  {response}")
         certified = [(path, making.certify(timed)) for path in certificates]
         if outputs:
@@ -231,7 +240,7 @@ def pace_command(
             lines.append(f"wrote {path}")
     more = {
         **verdict_of(report),
-        "servo": servo,
+        "servo": None if response is None else response.as_mapping(),
         "outputs": list(outputs),
         "warnings": [*warnings, *new_warnings],
     }
@@ -256,40 +265,9 @@ def _origin_of(
     return origin
 
 
-def _pacing(
-    origin: Origin,
-    period: float | None,
-    limits: dict[str, float | None],
-    *,
-    servo_lag: float | None,
-    rounding: float | None,
-    samples: int | None,
-    rate: float | None,
-    progress: Callable[[str], None],
-) -> LeastPeriod:
-    """Return the law of a gait under these limits, else those of the file and its vehicle."""
-    from gaitgraph.timing.limits import limits_of
-    from gaitgraph.timing.time_optimal import least_period, paced
+def _response_of(timed: TimedGait, servo_lag: float | None) -> ServoResponse | None:
+    """Return how lagging servos follow; None if neither the lag nor the vehicle states their time constant."""
+    from gaitgraph.timing.servo_lag import servo_response
 
-    gait = origin.gait
-    limited = limits_of(gait.vehicle, origin.limits, servo_lag=servo_lag, **limits)
-    if rounding is None:
-        rounding = origin.rounding
-    if period is None:
-        return least_period(
-            gait,
-            limited,
-            rounding=rounding,
-            samples=samples,
-            rate=rate,
-            progress=progress,
-        )
-    return paced(
-        gait,
-        limited,
-        period=period,
-        rounding=rounding,
-        samples=samples,
-        rate=rate,
-        progress=progress,
-    )
+    lag = timed.gait.vehicle.servo_lag if servo_lag is None else servo_lag
+    return None if lag is None else servo_response(timed, lag)
