@@ -324,7 +324,7 @@ WRONG = [
     ("pace one.csv --max-rate 3", "got neither; state max_tilt_acceleration in the vehicle, or use --max-acceleration"),
     ("pace one.csv --max-acceleration 9 --rounding 0", "--rounding"),
     ("pace one.csv --max-acceleration 9 --servo-lag 1e-12", "lag must be from"),
-    ("pace one.csv --max-acceleration 9 --certify", "--certify writes beside an output"),
+    ("pace one.csv --max-acceleration 9 --certify", "--certify must be given with --output, beside which it writes"),
     ("pace off.csv --max-acceleration 9", "off.csv must be a gait on one sheet, red or blue; gaitgraph validate"),
     ("plan --waypont 0,0", "'--waypoint'"),
     ("plan typo.toml", "; did you mean 'objective'"),

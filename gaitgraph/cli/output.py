@@ -107,7 +107,7 @@ def certificates_beside(outputs: Sequence[str], *, force: bool) -> list[Path]:
 
     if not outputs:
         raise click.UsageError(
-            "--certify writes beside an output, and there is none: add --output FILE"
+            "--certify must be given with --output, beside which it writes"
         )
     paths = sorted({Path(output).with_suffix(CERTIFICATE) for output in outputs})
     named_alike = [path for path in map(Path, outputs) if path in paths]
