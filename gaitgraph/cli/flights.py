@@ -198,9 +198,12 @@ def _flight_from_hover(
 
     course = from_hover(timed, periods=periods, anyway=anyway)
     if isinstance(course, str):  # why there is none
-        refusal = ("refused", f"refused before take-off: {course}")
+        reason = f"refused before take-off: {course}"
         return record_of(
-            repeated(timed), settings, attitude or (0.0, 0.0), failure=refusal
+            repeated(timed),
+            settings,
+            attitude or (0.0, 0.0),
+            failure=("refused", reason),
         )
     if settings.duration is None:
         settings = replace(settings, duration=course.duration)
