@@ -3,7 +3,7 @@
 import js from "@eslint/js";
 
 const BROWSER = [
-  "AbortController", "IntersectionObserver", "ImageData", "OffscreenCanvas", "ResizeObserver", "URL", "addEventListener",
+  "AbortController", "DOMException", "IntersectionObserver", "ImageData", "OffscreenCanvas", "ResizeObserver", "URL", "addEventListener",
   "cancelAnimationFrame", "clearTimeout", "document", "fetch", "getComputedStyle", "history", "location", "matchMedia",
   "navigator", "performance", "requestAnimationFrame", "setTimeout", "structuredClone", "window",
 ];

@@ -452,6 +452,21 @@ def test_without_webgl_a_line_says_why_there_is_no_vehicle(page: Page) -> None:
         assert "no WebGL 2" in page.text("vehicle-root")
 
 
+def test_a_vehicle_whose_context_is_lost_becomes_a_line(page: Page) -> None:
+    page.open(GAIT_3)
+    page.vehicle()
+    page.js(
+        "const canvas = document.querySelector('#vehicle-root canvas');"
+        " canvas.getContext('webgl2').getExtension('WEBGL_lose_context').loseContext();"
+    )
+    page.until(lambda: "has stopped it" in page.text("vehicle-root"))
+    page.click(2 * STEP, 2 * STEP)  # the rest of the page goes on
+    page.shows("✕No gait")
+    assert "has stopped it" in page.text("vehicle-root")
+    page.planned()
+    assert all("THREE" in line for line in page.complaints())
+
+
 def test_gait_1_is_valid_and_not_flyable(page: Page) -> None:
     page.open()
     page.choose("load", "0")

@@ -1,4 +1,4 @@
-"""The store of the explorer's page under node: tests/page has the tests."""
+"""The store of the explorer's page and its queries under node: tests/page has the tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FOLDER = Path(__file__).parent / "page"
 
 
 @pytest.mark.skipif(NODE is None, reason="install node 20 (apt-get install nodejs)")
-def test_the_store_of_the_page() -> None:
+def test_the_store_and_the_queries_of_the_page() -> None:
     command = [str(NODE), "--test", *map(str, sorted(FOLDER.glob("*.test.js")))]
     done = subprocess.run(
         command, check=False, capture_output=True, text=True, timeout=120

@@ -1,4 +1,4 @@
-// The store of the explorer's page, and its text in the address, without a browser: node --test tests/page/*.test.js
+// The store of the explorer's page, and its text in the address, without a browser.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

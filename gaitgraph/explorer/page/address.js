@@ -2,7 +2,7 @@
 
 import { HALF_PI, angleFromText, exactText } from "./angles.js";
 
-export const VIEW = {
+const VIEW = {
   sheet: "auto",
   shading: "R",
   regions: true,

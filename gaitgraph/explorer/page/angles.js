@@ -6,7 +6,7 @@ const DENOMINATORS = [1, 2, 3, 4, 5, 6, 8, 9, 10, 12, 16, 18, 20, 24, 30, 32, 36
 const ROUGH = [1, 2, 3, 4, 6, 8, 12, 16];
 
 /** Return [n, d] with x = nπ/d, n whole and d one of the denominators, or null. Exact if tolerance is 0. */
-export function multipleOfPi(x, tolerance = 1e-9, denominators = DENOMINATORS) {
+function multipleOfPi(x, tolerance = 1e-9, denominators = DENOMINATORS) {
   for (const d of denominators) {
     const n = Math.round((x * d) / Math.PI);
     if (Math.abs((n * Math.PI) / d - x) <= tolerance) return [n, d];

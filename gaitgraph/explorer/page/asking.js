@@ -1,7 +1,7 @@
 // What the page asks the server when it changes: a plan, a background of the map, a roll–pitch diagram.
 
 import { gone, problem } from "./lines.js";
-import { Gone, latest, waitForServer } from "./queries.js";
+import { Gone, latest, untilBack } from "./queries.js";
 import { diagramKey, mapQuestion, planKey, questionOf } from "./store.js";
 
 const QUIET = 200; // after the last change, before the diagram is asked for [ms]
@@ -15,19 +15,18 @@ export function askingFor(store) {
   const maps = new Map();
 
   /** Show an error; where the server does not answer, wait until it does and ask for everything again. */
-  function failed(error) {
+  async function failed(error) {
     if (!(error instanceof Gone)) {
       problem(error.message);
       return;
     }
     if (isAway) return;
     isAway = true;
-    waitForServer(() => {
-      isAway = false;
-      gone(null);
-      asked = { plan: "", map: "", diagram: "" };
-      ask();
-    }, gone);
+    await untilBack(gone);
+    isAway = false;
+    gone(null);
+    asked = { plan: "", map: "", diagram: "" };
+    ask();
   }
 
   function planned(plan, body) {

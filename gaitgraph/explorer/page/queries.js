@@ -1,6 +1,6 @@
 // Queries to the server: only the latest answer counts; a server that does not answer is asked again.
 
-export class Refused extends Error {}
+class Refused extends Error {}
 export class Gone extends Error {}
 
 async function answerOf(path, options) {
@@ -103,21 +103,19 @@ export function latest(path, { onAnswer, onError, onWaiting = () => {}, patience
   };
 }
 
-/** Ask again, at growing intervals, until the server answers. */
-export function waitForServer(onBack, onTry) {
-  let pause = 1;
-  let timer = 0;
-  const attempt = async () => {
+const LONGEST_PAUSE = 15; // between two tries [s]
+const wait = (seconds) => new Promise((done) => setTimeout(done, seconds * 1000));
+
+/** Wait until the server answers again; `onTry` is told how long it is until the next try [s]. */
+export async function untilBack(onTry) {
+  for (let pause = 1; ; pause = Math.min(LONGEST_PAUSE, 2 * pause)) {
+    onTry(pause);
+    await wait(pause);
     try {
       await setupOf();
-      onBack();
-    } catch (error) {
-      pause = Math.min(15, pause * 2);
-      onTry(pause, error);
-      timer = setTimeout(attempt, pause * 1000);
+      return;
+    } catch {
+      // Not yet
     }
-  };
-  onTry(pause, null);
-  timer = setTimeout(attempt, pause * 1000);
-  return () => clearTimeout(timer);
+  }
 }
