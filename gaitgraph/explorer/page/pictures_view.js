@@ -131,7 +131,7 @@ export function picturesIn(store, vehicle, onMap) {
     drawn((page) => [page.state.view.chart], showChoice),
     drawn((page) => [diagramOf(page), page.tab], showAttitudes),
     (page) => {
-      vehicle.rest(isPlanDue(page)); // the processor plans first
+      vehicle.rest(isPlanDue(page) && !page.isGone); // the processor plans first
       byId("diagram-root").setAttribute("aria-busy", String(isDiagramDue(page)));
       byId("diagram-root").classList.toggle("waiting", page.isDiagramSlow);
     },
