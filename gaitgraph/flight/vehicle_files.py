@@ -1,8 +1,8 @@
 """Vehicles as others describe them: URDF and MJCF, through the physics engine, and parameters of PX4.
 
-Each file is read as rotors of any geometry (:mod:`gaitgraph.invertibility.geometry`) and then, where they are four
-equal arms a quarter turn apart that tilt about themselves, as the constants of a vehicle that the paper's method fits.
-Body axes of URDF and MJCF are taken as x forward, y left, z up, as in ROS; those of PX4 are x forward, y right, z down.
+Each file is read as rotors of any geometry (:mod:`gaitgraph.invertibility.geometry`) and then, where they are four that
+tilt about the lines from the centre of mass to them, as the constants of a vehicle that the paper's method fits. Body
+axes of URDF and MJCF are taken as x forward, y left, z up, as in ROS; those of PX4 are x forward, y right, z down.
 """
 
 from __future__ import annotations
@@ -10,10 +10,9 @@ from __future__ import annotations
 import json
 import math
 import re
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -25,31 +24,24 @@ from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
 from gaitgraph.vehicle import UNITS, Vehicle, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from gaitgraph.invertibility.forms import FloatArray
 
 _NEEDED = ("drag_to_thrust", "first_rotor_spin", "mass", "inertia")
 _LIMITS = ("max_tilt", "max_tilt_rate", "max_thrust", "servo_lag", "rotor_lag")
 _UNITS = {**UNITS, "first_rotor_spin": '"clockwise" or "counterclockwise"'}
-_ALIKE = 0.02  # allowed differences of arms, as a share of the arm's length, and in rad
-_SQUARE = 1e-4  # the same of a square frame: what rounded numbers in a file explain
+_ALIKE = 0.02  # rad by which axes may differ from those of the method
+_DIGITS = 6  # of a place in metres, more than frames are built to
+_BESIDE = 1e-3  # m
 _PX4 = re.compile(r"^[^#\n]*?\b(CA_(?:ROTOR|SV_TL)\w+)[ \t]*(\S*)", re.MULTILINE)
-_PLACES = ("PX", "PY", "PZ", "AX", "AY", "AZ")
-_TILTS = {"MINA": 0.0, "MAXA": 90.0, "TD": 0.0}  # degrees
 _COMPILER = {
     "fusestatic": "false",
     "balanceinertia": "true",
     "boundmass": "1e-12",
     "boundinertia": "1e-12",
 }
-_NOT_NEGATIVE = {"mass": ("value",), "inertia": ("ixx", "iyy", "izz")}
-_NUMBERS = {
-    **_NOT_NEGATIVE,
-    "origin": ("xyz", "rpy"),
-    "axis": ("xyz",),
-    "limit": ("lower", "upper", "velocity"),
-}
+_UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +51,7 @@ class Description:
     `rotors` are as :func:`gaitgraph.invertibility.geometry.geometry_from_mapping` takes them, without `moment_ratio` if
     the file states none; `constants` those of a :class:`gaitgraph.vehicle.Vehicle`. `reasons` say why the paper's
     method does not fit, if it does not, `beside` which rotors are beside their tilt axes and taken as on them, and
-    `notes` how rotors are counted and what was left out.
+    `notes` how rotors are counted.
     """
 
     rotors: list[dict[str, Any]]
@@ -104,37 +96,53 @@ class Description:
         return "\n".join(lines)
 
 
+class _File(NamedTuple):
+    """What a reader found: rotors, constants that do not depend on their order, tilt rates, and which are beside axes."""
+
+    rotors: list[dict[str, Any]]
+    constants: dict[str, Any]
+    rates: list[float | None]  # largest tilt rate of each rotor [rad/s]
+    beside: list[str]
+
+
 def read_description(path: str | Path) -> Description:
     """Return what a URDF, MJCF or PX4 parameter file states about a vehicle.
 
     Raises FileProblem if it cannot be read, MissingExtra if mujoco is needed and not installed, and InputError, with
-    the file, if it describes no rotors that tilt, or parameters contradict each other.
+    the file, if it describes no rotors that tilt.
     """
     path = Path(path)
     text = text_of(path, "file")
     try:
         if re.search(r"<(robot|mujoco)\b", text):
-            rotors, constants, beside, notes = _of_model(path, text)
+            found = _read_model(path, text)
         elif "CA_ROTOR" in text:
-            rotors, constants, beside, notes = _of_px4(text), {}, [], []
+            found = _read_px4(text)
         else:
             raise InputError(
                 "it must be URDF (<robot>), MJCF (<mujoco>) or parameters of PX4 (CA_ROTOR0_PX …)"
             )
-        arms, reasons, order = _four_arms(rotors, constants.pop("max_tilt_rate", []))
-        stated, rotors = (
-            _tidy({"name": path.stem, **arms, **constants}),
-            [_tidy(rotor) for rotor in rotors],
-        )
-        return Description(
-            rotors=rotors,
-            constants=stated,
-            reasons=reasons,
-            beside=tuple(beside),
-            notes=(*notes, *order),
-        )
+        for number, rotor in enumerate(found.rotors, start=1):
+            low, high = rotor.get("tilt_range", (-1.0, 1.0))
+            if not low < high:
+                raise InputError(
+                    f"the tilt range of rotor {number} must be two increasing angles, got {low:g}, {high:g}"
+                )
     except GaitgraphError as error:
         raise reworded(error, f"file {str(path)!r}: {error.message}") from error
+    constants = {"name": path.stem, **found.constants}
+    reasons = _misfits(found.rotors)
+    notes: list[str] = []
+    if not reasons:
+        more, notes = _four_arms(found.rotors, found.rates)
+        constants = {"name": path.stem, **more, **found.constants}
+    return Description(
+        rotors=_tidy(found.rotors),
+        constants=_tidy(constants),
+        reasons=tuple(reasons),
+        beside=tuple(found.beside),
+        notes=tuple(notes),
+    )
 
 
 def vehicle_or_geometry(
@@ -145,399 +153,328 @@ def vehicle_or_geometry(
     `warn` is called with a line for each rotor beside its tilt axis.
     """
     path = Path(name)
-    if path.suffix.lower() in (".params", ".urdf", ".xml"):
-        found = read_description(path)
-        for note in found.beside:
+    suffix = path.suffix.lower()
+    if suffix in (".params", ".urdf", ".xml"):
+        description = read_description(path)
+        for note in description.beside:
             warn(note)
-        return found.geometry
-    if path.suffix.lower() == ".toml" and "rotor" in from_toml_file(
-        path, "vehicle", dict
-    ):
+        return description.geometry
+    if suffix == ".toml" and "rotor" in from_toml_file(path, "vehicle", dict):
         return from_toml_file(path, "vehicle", geometry_from_mapping)
     return vehicle_named(name)
 
 
 def _tidy(value: Any) -> Any:
-    """Return numbers, also in lists and mappings, with twelve digits."""
+    """Return plain values, numbers with twelve digits, also in lists and mappings."""
     if isinstance(value, dict):
-        return {name: _tidy(one) for name, one in value.items()}
+        return {name: _tidy(part) for name, part in value.items()}
     if isinstance(value, str):
         return value
-    return (
-        [_tidy(one) for one in value]
-        if np.ndim(value)
-        else round(float(f"{value:.12g}"), 15) + 0.0
-    )
+    if isinstance(value, list) or np.ndim(value):
+        return [_tidy(part) for part in value]
+    return round(float(f"{value:.12g}"), 15) + 0.0
 
 
-def _of_px4(text: str) -> list[dict[str, Any]]:
+def _number(name: str, text: str) -> float:
+    """Return the number of a text; InputError with the name if it is none."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise InputError(f"{name} must be a finite number, got {text!r}")
+    return number
+
+
+def _read_px4(text: str) -> _File:
     """Return the rotors of PX4 parameters; what is not stated has PX4's default (control_allocator/module.yaml).
 
     The thrust axis of a rotor that tilts is upright, whatever its own parameters are. At tilt angle a it is (sin a, 0,
     −cos a) in PX4's axes, turned about z by the tilt direction.
     """
-    stated: dict[str, float] = {}
-    for name, value in _PX4.findall(text):
-        number = _number(name, value, 1e3)
-        if name.endswith(("COUNT", "TILT")) and not number.is_integer():
-            raise InputError(f"{name} must be a whole number, got {value}")
-        if stated.setdefault(name, number) != number:
-            raise InputError(
-                f"{name} must be stated once, got {stated[name]:g} and {number:g}"
-            )
-    count, tilts = (
-        int(stated.get(name, 0)) for name in ("CA_ROTOR_COUNT", "CA_SV_TL_COUNT")
-    )
+    stated = {name: _number(name, value) for name, value in _PX4.findall(text)}
+    count = int(stated.get("CA_ROTOR_COUNT", 0))
     if not 1 <= count <= 64:
         raise InputError(f"CA_ROTOR_COUNT must be the number of rotors, got {count}")
     rotors = []
     for k in range(count):
-        if not any(name.startswith(f"CA_ROTOR{k}_") for name in stated):
-            raise InputError(
-                f"CA_ROTOR_COUNT must be the number of rotors, got {count} without CA_ROTOR{k}_PX"
-            )
-        x, y, z, *axis = (
-            stated.get(f"CA_ROTOR{k}_{part}", -1.0 if part == "AZ" else 0.0)
-            for part in _PLACES
-        )
+        own = f"CA_ROTOR{k}_"
+        x, y, z = (stated.get(f"{own}P{axis}", 0.0) for axis in "XYZ")
         rotor: dict[str, Any] = {
             "position": [x, -y, -z],
-            "moment_ratio": stated.get(f"CA_ROTOR{k}_KM", 0.05),
+            "moment_ratio": stated.get(f"{own}KM", 0.05),
         }
-        if servo := int(stated.get(f"CA_ROTOR{k}_TILT", 0)):
-            if not 1 <= servo <= tilts:
-                raise InputError(
-                    f"CA_ROTOR{k}_TILT must be at most CA_SV_TL_COUNT = {tilts}, got {servo}"
-                )
-            prefix = f"CA_SV_TL{servo - 1}_"
-            low, high, toward = (
-                stated.get(prefix + name, value) for name, value in _TILTS.items()
-            )
-            if not low < high:
-                raise InputError(
-                    f"{prefix}MAXA must be above {prefix}MINA = {low:g}, got {high:g}"
-                )
-            for end, value in (("MINA", low), ("MAXA", high)):
-                _number(f"{prefix}{end}", f"{value:g}", 180.0)
-            turn = math.radians(toward)
-            rotor["tilt_axis"] = [math.sin(turn), math.cos(turn), 0.0]
+        servo = int(stated.get(f"{own}TILT", 0))
+        if servo:
+            tilt = f"CA_SV_TL{servo - 1}_"
+            toward = math.radians(stated.get(f"{tilt}TD", 0.0))
+            low, high = stated.get(f"{tilt}MINA", 0.0), stated.get(f"{tilt}MAXA", 90.0)
+            rotor["tilt_axis"] = [math.sin(toward), math.cos(toward), 0.0]
             rotor["tilt_range"] = [math.radians(low), math.radians(high)]
         else:
-            rotor["thrust_axis"] = [axis[0], -axis[1], -axis[2]]
+            x, y = stated.get(f"{own}AX", 0.0), stated.get(f"{own}AY", 0.0)
+            rotor["thrust_axis"] = [x, -y, -stated.get(f"{own}AZ", -1.0)]
         rotors.append(rotor)
-    return rotors
+    return _File(rotors, {}, [None] * count, [])
 
 
-def _number(name: str, text: str, largest: float) -> float:
-    """Return the number of a text; InputError with the name if it is none within ±largest."""
+def _read_model(path: Path, text: str) -> _File:
+    """Return what a URDF or MJCF model states at its zero configuration."""
+    mujoco = mujoco_library()
+    robot = None
     try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not abs(number) <= largest:
-        raise InputError(f"{name} must be a number within ±{largest:g}, got {text!r}")
-    return number
-
-
-@contextmanager
-def _engine_reading(text: str, kind: type[Exception]) -> Iterator[None]:
-    """Raise InputError in place of what the library of XML or the engine raises on a text that it cannot read."""
-    try:
-        yield
-    except kind as error:
+        with engine_warnings():
+            if "</robot>" in text:
+                robot = _plain_urdf(text)
+                plain = ElementTree.tostring(robot, encoding="unicode")
+                model = mujoco.MjModel.from_xml_string(plain)
+            else:
+                model = mujoco.MjModel.from_xml_path(str(path))
+            data = mujoco.MjData(model)
+            for step in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_crb):
+                step(model, data)
+    except (ValueError, ElementTree.ParseError) as error:
         hint = "; expand xacro first" if "xacro:" in text else ""
+        reason = " ".join(str(error).split())
         raise InputError(
-            f"the physics engine cannot read it ({' '.join(str(error).split())}){hint}"
+            f"the physics engine cannot read it ({reason}){hint}"
         ) from None
+    for values in (data.xipos, data.xanchor, model.body_inertia, model.body_mass):
+        if not (np.abs(values) <= 1e9).all():
+            raise InputError("its numbers must be within ±1e9 (SI)")
+    return _Model(mujoco, model, data, robot).read()
 
 
-def _urdf_for_engine(
-    root: ElementTree.Element,
-) -> tuple[str, dict[str, dict[str, float]]]:
-    """Return URDF with links and joints alone, as the physics engine needs it, and the limits of joints by name.
-
-    The engine needs no meshes for places and masses. InputError if a number is none, or a mass or a moment of inertia
-    is negative.
-    """
-    limits = dict[str, dict[str, float]]()
-    for parent in (root, *root.findall("link")):
-        for child in [
-            one for one in parent if one.tag in ("mujoco", "visual", "collision")
-        ]:
-            parent.remove(child)
-    for part in [*root.findall("link"), *root.findall("joint")]:
-        owner = f"{part.tag} {part.get('name')!r}"
-        for element in part.iter():
-            for name in _NUMBERS.get(element.tag, ()):
-                words = element.get(name, "").split()
-                numbers = [
-                    _number(f"{element.tag} {name} of {owner}", word, 1e9)
-                    for word in words
-                ]
-                if (
-                    name in _NOT_NEGATIVE.get(element.tag, ())
-                    and min(numbers, default=0.0) < 0
-                ):
-                    raise InputError(
-                        f"{element.tag} {name} of {owner} must not be negative, got {words[0]}"
-                    )
-                if element.tag == "limit" and numbers:
-                    limits.setdefault(part.get("name", ""), {})[name] = numbers[0]
-    ElementTree.SubElement(
-        ElementTree.SubElement(root, "mujoco"), "compiler", _COMPILER
-    )
-    return ElementTree.tostring(root, encoding="unicode"), limits
+def _plain_urdf(text: str) -> ElementTree.Element:
+    """Return URDF with links and joints alone; the physics engine needs no meshes for places and masses."""
+    robot = ElementTree.fromstring(text)  # noqa: S314
+    for parent in (robot, *robot.findall("link")):
+        for child in list(parent):
+            if child.tag in ("mujoco", "visual", "collision"):
+                parent.remove(child)
+    extension = ElementTree.SubElement(robot, "mujoco")
+    ElementTree.SubElement(extension, "compiler", _COMPILER)
+    return robot
 
 
-def _of_model(
-    path: Path, text: str
-) -> tuple[list[dict[str, Any]], dict[str, Any], list[str], list[str]]:
-    """Return rotors of a URDF or MJCF model at its zero configuration, mass and inertia, rotors beside axes, and notes.
+class _Place(NamedTuple):
+    """A rotor of a model: its body, where its thrust acts and where to, and its moment ratio, None if not stated."""
+
+    body: int
+    place: FloatArray
+    thrust: FloatArray
+    ratio: float | None
+
+
+class _Model:
+    """A model in the engine, and the URDF that it was read from, if it was.
 
     A rotor is an actuator at a site, whose gear has its thrust and drag; else a hinge that turns about body z; else the
     centre of mass of an arm. An arm is a body with a hinge across the thrust.
     """
-    mujoco, hinge = mujoco_library(), 3  # mjJNT_HINGE
-    limits, urdf = dict[str, dict[str, float]](), "</robot>" in text
-    prepared = text
-    if urdf:
-        with _engine_reading(text, ElementTree.ParseError):
-            robot = ElementTree.fromstring(text)  # noqa: S314
-        prepared, limits = _urdf_for_engine(robot)
-    with engine_warnings(), _engine_reading(text, ValueError):
-        if urdf:
-            model = mujoco.MjModel.from_xml_string(prepared)
-        else:
-            model = mujoco.MjModel.from_xml_path(str(path))
-        data = mujoco.MjData(model)
-        for step in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_crb):
-            step(model, data)
-    used = (
-        data.xipos,
-        data.xanchor,
-        model.body_inertia,
-        model.body_mass,
-        model.actuator_gear,
-    )
-    if not all((np.abs(one) <= 1e9).all() for one in used):
-        raise InputError("its numbers must be within ±1e9 (SI)")
-    hinges = [k for k in range(model.njnt) if model.jnt_type[k] == hinge]
 
-    def tilting(body: int, thrust: FloatArray) -> int | None:
+    def __init__(
+        self, mujoco: Any, model: Any, data: Any, robot: ElementTree.Element | None
+    ) -> None:
+        self.mujoco, self.model, self.data, self.robot = mujoco, model, data, robot
+        is_hinge = model.jnt_type == int(mujoco.mjtJoint.mjJNT_HINGE)
+        self.hinges = np.flatnonzero(is_hinge).tolist()
+
+    def read(self) -> _File:
+        """Return the rotors and what is known of the whole."""
+        model, data = self.model, self.data
+        places = self._places()
+        root = int(model.body_rootid[places[0].body])
+        center, turn = data.subtree_com[root], data.xmat[root].reshape(3, 3)
+        rotors: list[dict[str, Any]] = []
+        rates: list[float | None] = []
+        beside, swings = list[str](), list[float]()
+        for number, rotor_place in enumerate(places, start=1):
+            thrust, place = rotor_place.thrust, rotor_place.place
+            rotor: dict[str, Any] = {"thrust_axis": turn.T @ thrust}
+            rate = None
+            joint = self._tilting(rotor_place.body, thrust)
+            if joint is not None:
+                axis, anchor = data.xaxis[joint], data.xanchor[joint]
+                rotor["tilt_axis"] = turn.T @ axis
+                # A shift along the thrust has no moment.
+                place = place - ((place - anchor) @ thrust) * thrust
+                off = np.linalg.norm(np.cross(axis, place - anchor))
+                if off > _BESIDE:
+                    beside.append(
+                        f"rotor {number} is {1e3 * off:.3g} mm beside its tilt axis: taken as on it"
+                    )
+                swings.append(float(model.dof_M0[model.jnt_dofadr[joint]]))
+                tilt_range, rate = self._limits(joint)
+                if tilt_range is not None:
+                    rotor["tilt_range"] = tilt_range
+            rotor["position"] = turn.T @ (place - center)
+            if rotor_place.ratio is not None:
+                rotor["moment_ratio"] = rotor_place.ratio
+            rotors.append(rotor)
+            rates.append(rate)
+        return _File(rotors, self._constants(root, turn, swings), rates, beside)
+
+    def _constants(
+        self, root: int, turn: FloatArray, swings: list[float]
+    ) -> dict[str, Any]:
+        """Return what is known beside the rotors, the inertia at α = 0 about the centre of mass."""
+        model = self.model
+        inertia = self.data.crb[root, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+        constants = {
+            "mass": model.body_subtreemass[root],
+            "inertia": np.diag(turn.T @ inertia @ turn),
+        }
+        if swings:
+            constants["arm_inertia"] = np.mean(swings)
+        gravity = np.linalg.norm(model.opt.gravity)
+        if gravity and self.robot is None:
+            constants["gravity"] = gravity
+        kinds = self.mujoco.mjtDyn
+        filters = [int(kinds.mjDYN_FILTER), int(kinds.mjDYN_FILTEREXACT)]
+        lags = model.actuator_dynprm[np.isin(model.actuator_dyntype, filters), 0]
+        if lags.size:
+            constants["rotor_lag"] = lags[0]
+        return constants
+
+    def _places(self) -> list[_Place]:
+        """Return where the rotors are."""
+        model, data = self.model, self.data
+        at_site = int(self.mujoco.mjtTrn.mjTRN_SITE)
+        places = []
+        for k in np.flatnonzero(model.actuator_trntype == at_site):
+            push, turning = model.actuator_gear[k].reshape(2, 3)
+            site = model.actuator_trnid[k, 0]
+            if push.any():
+                thrust = data.site_xmat[site].reshape(3, 3) @ push
+                thrust /= np.linalg.norm(push)
+                ratio = -float(turning @ push / (push @ push))
+                body = int(model.site_bodyid[site])
+                places.append(_Place(body, data.site_xpos[site], thrust, ratio))
+        upright = [k for k in self.hinges if abs(data.xaxis[k][2]) >= 0.9]
+        if not places:
+            places = [
+                _Place(int(model.jnt_bodyid[k]), data.xanchor[k], _UP, None)
+                for k in upright
+            ]
+        if all(self._tilting(place.body, place.thrust) is None for place in places):
+            tilting = {
+                int(model.jnt_bodyid[k]) for k in self.hinges if k not in upright
+            }
+            places = [
+                _Place(body, data.subtree_com[body], _UP, None)
+                for body in sorted(tilting)
+            ]
+        if not places:
+            raise InputError(
+                "it must have arms, bodies with a hinge across the thrust of a rotor, got none"
+            )
+        return places
+
+    def _tilting(self, body: int, thrust: FloatArray) -> int | None:
         """Return the nearest hinge across the thrust between a body and the root."""
+        model, data = self.model, self.data
         while body:
-            for joint in hinges:
-                if (
-                    model.jnt_bodyid[joint] == body
-                    and abs(data.xaxis[joint] @ thrust) < 0.9
-                ):
-                    return joint
+            for joint in self.hinges:
+                is_here = model.jnt_bodyid[joint] == body
+                if is_here and abs(data.xaxis[joint] @ thrust) < 0.9:
+                    return int(joint)
             body = int(model.body_parentid[body])
         return None
 
-    constants, aside, notes = dict[str, Any](), list[str](), list[str]()
-    found: list[
-        tuple[int, FloatArray, FloatArray, float | None]
-    ] = []  # body, place, thrust axis, moment ratio
-    for k in range(model.nu):
-        site, (push, turning) = (
-            int(model.actuator_trnid[k, 0]),
-            model.actuator_gear[k].reshape(2, 3),
-        )
-        if model.actuator_trntype[k] == int(mujoco.mjtTrn.mjTRN_SITE) and push.any():
-            along = data.site_xmat[site].reshape(3, 3) @ push / np.linalg.norm(push)
-            drag = -float(turning @ push / (push @ push))
-            found.append(
-                (int(model.site_bodyid[site]), data.site_xpos[site], along, drag)
-            )
-            if model.actuator_dyntype[k] in (
-                int(mujoco.mjtDyn.mjDYN_FILTER),
-                int(mujoco.mjtDyn.mjDYN_FILTEREXACT),
-            ):
-                constants["rotor_lag"] = float(model.actuator_dynprm[k, 0])
-    up = np.array([0.0, 0.0, 1.0])
-    if not found:
-        found = [
-            (int(model.jnt_bodyid[k]), data.xanchor[k], up, None)
-            for k in hinges
-            if abs(data.xaxis[k][2]) >= 0.9
-        ]
-    if not any(tilting(body, thrust) is not None for body, _, thrust, _ in found):
-        arms = {int(model.jnt_bodyid[k]) for k in hinges if abs(data.xaxis[k][2]) < 0.9}
-        found = [(body, data.subtree_com[body], up, None) for body in sorted(arms)]
-    if not found:
-        raise InputError(
-            "it must have arms, bodies with a hinge across the thrust of a rotor, got none"
-        )
-    root = int(model.body_rootid[found[0][0]])
-    center, turn = data.subtree_com[root], data.xmat[root].reshape(3, 3)
-    rotors: list[dict[str, Any]] = []
-    swing, rates = list[float](), list[float]()
-    for number, (body, place, push, ratio) in enumerate(found, start=1):
-        rotor: dict[str, Any] = {"position": place - center, "thrust_axis": push}
-        if (joint := tilting(body, push)) is not None:
-            name = mujoco.mj_id2name(model, int(mujoco.mjtObj.mjOBJ_JOINT), joint)
-            axis, off = data.xaxis[joint], place - data.xanchor[joint]
-            rotor["position"] = (
-                rotor["position"] - (off @ push) * push
-            )  # a shift along the thrust has no moment
-            beside = float(
-                np.linalg.norm(off - (off @ push) * push - (off @ axis) * axis)
-            )
-            if beside > 1e-3:
-                how_far = f"{1e3 * beside:.3g} mm beside its tilt axis"
-                aside.append(f"rotor {number} is {how_far}: taken as on it")
-            rotor["tilt_axis"] = axis
-            swing.append(float(model.dof_M0[model.jnt_dofadr[joint]]))
-            stated = limits.get(name, {})
-            low, high = model.jnt_range[joint]
-            if low > high or (
-                low == high
-                and (model.jnt_limited[joint] or {"lower", "upper"} <= stated.keys())
-            ):
-                raise InputError(
-                    f"the range of joint {name!r} must be two increasing angles, got {low:g}, {high:g}"
-                )
-            if model.jnt_limited[joint]:
-                rotor["tilt_range"] = [low, high]
-            if stated.get("velocity", 1.0) <= 0:
-                raise InputError(
-                    f"limit velocity of joint {name!r} must be above 0, got {stated['velocity']:g}"
-                )
-            rates += [stated["velocity"]] if "velocity" in stated else []
-        rotor = {
-            name: value if name == "tilt_range" else turn.T @ value
-            for name, value in rotor.items()
+    def _limits(self, joint: int) -> tuple[list[float] | None, float | None]:
+        """Return the tilt range of a joint [rad], and its largest rate [rad/s], None where they are not stated."""
+        model = self.model
+        if self.robot is None:
+            limits = model.jnt_range[joint].tolist()
+            return (limits if model.jnt_limited[joint] else None), None
+        name = self.mujoco.mj_id2name(model, int(self.mujoco.mjtObj.mjOBJ_JOINT), joint)
+        element = self.robot.find(f"joint[@name='{name}']")
+        limit = None if element is None else element.find("limit")
+        if limit is None:
+            return None, None
+        stated = {
+            key: _number(f"limit {key} of joint {name!r}", text)
+            for key, text in limit.items()
         }
-        rotors.append(rotor if ratio is None else {**rotor, "moment_ratio": ratio})
-    inertia = (
-        turn.T @ data.crb[root, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]] @ turn
-    )  # at α = 0, about the centre of mass
-    constants |= {
-        "mass": float(model.body_subtreemass[root]),
-        "inertia": np.diag(inertia),
-    }
-    constants |= {"arm_inertia": np.mean(swing)} if swing else {}
-    constants |= {"max_tilt_rate": rates} if rates else {}
-    gravity = float(np.linalg.norm(model.opt.gravity))
-    constants |= {"gravity": gravity} if gravity and not urdf else {}
-    return rotors, constants, aside, notes
+        rate = stated.get("velocity") or None  # some exporters write 0 for none
+        if not {"lower", "upper"} <= stated.keys():
+            return None, rate
+        return [stated["lower"], stated["upper"]], rate
+
+
+def _misfits(rotors: list[dict[str, Any]]) -> list[str]:
+    """Return why the paper's method does not fit rotors."""
+    reasons = []
+    thrusts = np.array([rotor.get("thrust_axis", _UP) for rotor in rotors])
+    ratios = [rotor.get("moment_ratio") for rotor in rotors]
+    if len(rotors) != 4:
+        reasons.append(f"it has {len(rotors)} rotors, not four")
+    if not all("tilt_axis" in rotor for rotor in rotors):
+        reasons.append("not every rotor tilts")
+    elif any(_turn_to_arm(rotor) > _ALIKE for rotor in rotors):
+        reasons.append("its rotors do not tilt about their own arms")
+    if (thrusts[:, 2] < 1.0 - _ALIKE).any():
+        reasons.append("not every rotor pushes straight up at α = 0")
+    if len(rotors) == 4 and None not in ratios:
+        signs = np.sign(ratios)[_order(rotors)]  # type: ignore[arg-type]
+        if signs.tolist() not in ([1, -1, 1, -1], [-1, 1, -1, 1]):
+            reasons.append("its rotors do not turn alternately")
+    return [f"The paper's method does not fit: {reason}." for reason in reasons]
+
+
+def _turn_to_arm(rotor: dict[str, Any]) -> float:
+    """Return the sine of the angle between a tilt axis and the horizontal line from the centre of mass."""
+    axis, (x, y, _) = np.array(rotor["tilt_axis"]), rotor["position"]
+    across = np.cross(axis / np.linalg.norm(axis), [x, y, 0.0])
+    return float(np.linalg.norm(across) / max(math.hypot(x, y), 1e-9))
+
+
+def _order(rotors: list[dict[str, Any]]) -> list[int]:
+    """Return rotors in the order in which they are counted: counter-clockwise from the first."""
+    angles = [math.atan2(*rotor["position"][1::-1]) for rotor in rotors]
+    return sorted(
+        range(len(rotors)), key=lambda k: (angles[k] - angles[0] + 1e-6) % math.tau
+    )
 
 
 def _four_arms(
-    rotors: list[dict[str, Any]], rates: list[float]
-) -> tuple[dict[str, Any], tuple[str, ...], list[str]]:
-    """Return constants of a vehicle, why the paper's method does not fit the rotors, and how its angles are theirs.
-
-    `rates` are the largest tilt rates in the order of the rotors, where the file states them [rad/s].
-    """
-    count, up = (
-        len(rotors),
-        np.array([rotor.get("thrust_axis", [0, 0, 1])[2] for rotor in rotors]),
-    )
-    place, axis = (
-        np.array([rotor.get(name, [0, 0, 0]) for rotor in rotors])
-        for name in ("position", "tilt_axis")
-    )
-    length, angle = (
-        np.hypot(place[:, 0], place[:, 1]),
-        np.arctan2(place[:, 1], place[:, 0]),
-    )
-    order = np.argsort((angle - angle[0] + 1e-6) % (2 * math.pi))
-    ratios, allowed = (
-        [rotor.get("moment_ratio") for rotor in rotors],
-        _ALIKE * length.mean(),
-    )
-    quarters = (angle[order] - np.arange(count) * math.pi / 2 - angle[0] + math.pi) % (
-        2 * math.pi
-    ) - math.pi
-    inward = np.sum(axis[:, :2] * place[:, :2], axis=1) < 0
-    across = np.abs(axis[:, 0] * place[:, 1] - axis[:, 1] * place[:, 0])
-    leans = (across > allowed).any() or (np.abs(axis[:, 2]) > _ALIKE).any()
-    problems = {
-        f"it has {count} rotors, not four": count != 4,
-        "not every rotor tilts": not axis.any(axis=1).all(),
-        "not every rotor pushes straight up at α = 0": (up < 1 - _ALIKE).any(),
+    rotors: list[dict[str, Any]], rates: list[float | None]
+) -> tuple[dict[str, Any], list[str]]:
+    """Return constants of a vehicle from four rotors and their largest tilt rates, and how its angles are theirs."""
+    order = _order(rotors)
+    arms = [rotors[k] for k in order]
+    numbers = ", ".join(str(k + 1) for k in order)
+    notes = [f"alpha1 to alpha4 are rotors {numbers} of the file"]
+    constants: dict[str, Any] = {
+        "rotor_positions": [np.round(arm["position"], _DIGITS) for arm in arms]
     }
-    placed = place[order]
-    half_turned = np.roll(placed, count // 2, axis=0) * [-1.0, -1.0, 1.0]
-    signed = np.array([math.nan if one is None else one for one in ratios])[order] * (
-        -1.0
-    ) ** np.arange(count)
-    opposite = np.roll(signed, count // 2)
-    if count == 4:
-        problems["opposite rotors are not at opposite places"] = (
-            np.abs(placed - half_turned).max() > allowed
-        )
-    problems["its rotors do not tilt about their own arms"] = leans
-    if count == 4:
-        alike = np.abs(signed - opposite).max() <= _ALIKE * np.abs(signed).max()
-        alternate = np.ptp(np.sign(signed)) == 0 and signed.any()
-        problems[
-            "its rotors do not turn alternately, opposite ones with one drag ratio"
-        ] = not ((alternate and alike) or None in ratios)
-    if reasons := [
-        f"The paper's method does not fit: {problem}."
-        for problem, holds in problems.items()
-        if holds
-    ]:
-        return {}, tuple(reasons), []
-    size = _SQUARE * length.mean()
-    is_square = (
-        np.ptp(length) <= size
-        and np.ptp(place[:, 2]) <= size
-        and np.abs(quarters).max() <= _SQUARE
-    )
-    constants: dict[str, Any] = {}
-    if is_square:
-        constants["arm_length"] = length.mean()
-        constants["first_arm_angle"] = angle[0] + quarters.mean()
-        if abs(height := place[:, 2].mean()) > 1e-9:
-            constants["rotor_height"] = height
-    else:
-        constants["rotor_positions"] = ((placed + half_turned) / 2).tolist()
-    if None not in ratios:
-        drags = np.abs(signed + opposite) / 2
-        one_for_all = np.ptp(drags) <= _SQUARE * drags.max()
-        constants["drag_to_thrust"] = drags.mean() if one_for_all else drags
-        constants["first_rotor_spin"] = (
-            "counterclockwise" if signed[0] > 0 else "clockwise"
-        )
-    notes = [
-        f"alpha1 to alpha4 are rotors {', '.join(str(k + 1) for k in order)} of the file"
-    ]
-    if inward.any():
-        which = ", ".join(str(k + 1) for k in np.flatnonzero(inward))
+    if all("moment_ratio" in arm for arm in arms):
+        ratios = np.array([arm["moment_ratio"] for arm in arms])
+        constants["drag_to_thrust"] = _one_or_four(np.abs(ratios))
+        spins = {True: "counterclockwise", False: "clockwise"}
+        constants["first_rotor_spin"] = spins[bool(ratios[0] > 0)]
+    inward = [np.dot(arm["tilt_axis"], arm["position"]) < 0 for arm in arms]
+    if any(inward):
+        which = ", ".join(str(k + 1) for k in sorted(np.array(order)[inward].tolist()))
         notes.append(
             f"tilt axes of rotors {which} of the file point inward: their angles have the other sign there"
         )
-    ranges = np.array(
-        [rotor.get("tilt_range", [-math.pi, math.pi]) for rotor in rotors]
-    )
-    if any("tilt_range" in rotor for rotor in rotors):
-        notes += (
-            ["tilt ranges beyond ±180° are cut to it"]
-            if np.abs(ranges).max() > math.pi + 1e-3
-            else []
-        )
-        for number in np.flatnonzero((ranges[:, 0] > 0) | (ranges[:, 1] < 0)) + 1:
-            notes.append(
-                f"the tilt range of rotor {number} of the file excludes hover (α = 0)"
-            )
-        low, high = np.clip(
-            np.where(inward[:, None], -ranges[:, ::-1], ranges)[order],
-            -math.pi,
-            math.pi,
-        ).T
+    if any("tilt_range" in arm for arm in arms):
+        ranges = np.array([arm.get("tilt_range", [-math.pi, math.pi]) for arm in arms])
+        ranges[inward] = -ranges[inward, ::-1]
+        low, high = np.clip(ranges, -math.pi, math.pi).T
         constants["max_tilt"] = _one_or_four(high)
         if np.abs(low + high).max() > 1e-9:
             constants["min_tilt"] = _one_or_four(low)
-    if rates:
-        constants["max_tilt_rate"] = (
-            _one_or_four(np.array(rates)[order]) if len(rates) == count else min(rates)
-        )
-    return constants, (), notes
+    stated = [rate for rate in rates if rate is not None]
+    if len(stated) == 4:
+        constants["max_tilt_rate"] = _one_or_four(np.array(stated)[order])
+    elif stated:
+        constants["max_tilt_rate"] = min(stated)
+    return constants, notes
 
 
 def _one_or_four(values: FloatArray) -> Any:
+    """Return a constant of all arms, or four if they differ."""
     return values if np.ptp(values) > 1e-9 else values[0]
