@@ -245,8 +245,6 @@ def basins_of(
     >>> basin.fraction, basin.cases["inside_settled"]
     (1.0, 9)
     """
-    import shapely
-
     timed = timed_gait_of(gait)
     check_repeats(timed)
     biases = checked_factors("bias", bias)
@@ -259,7 +257,7 @@ def basins_of(
         timed if factor == 1.0 else biased_timed_gait(timed, factor)
         for factor in biases
     ]
-    whole_number("resolution", resolution, 1, _MOST_FLIGHTS)
+    angles = _grid_angles(resolution, extent)
     whole_number("begins", begins, 1, _MOST_FLIGHTS)
     flights = len(biases) * int(begins) * int(resolution) ** 2
     if flights > _MOST_FLIGHTS:
@@ -267,83 +265,107 @@ def basins_of(
             f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}",
             field="resolution",
         )
+    starts = timed.period * np.arange(begins) / begins
+    settings = _settings_for(timed, FlightSettings() if settings is None else settings)
+    timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
+    basins: list[Basin] = []
+    for factor, flown in zip(biases, gaits, strict=True):
+
+        def report(done: float) -> None:
+            if progress is not None:
+                progress((len(basins) + done) / len(biases))
+
+        basins.append(
+            _basin_of(flown, factor, settings, angles, starts, report, anyway=anyway)
+        )
+    return tuple(basins)
+
+
+def _grid_angles(resolution: int, extent: float | str) -> FloatArray:
+    """Return the angles of a grid, evenly from −extent to extent; the middle of an odd number is zero exactly."""
+    whole_number("resolution", resolution, 1, _MOST_FLIGHTS)
     span = angle_from_text(extent, "extent")
     if not 0 < span < HALF_PI:
         raise InputError(
             f"extent must be an angle above 0 and below pi/2, got {shown(extent)}{in_degrees(extent)}",
             field="extent",
         )
-    settings = FlightSettings() if settings is None else settings
-    if settings.duration is None:
-        settings = replace(
-            settings, duration=max(settings.seconds, timed.period + _AFTER)
-        )
-    elif settings.duration < timed.period:
-        wanted = f"at least the gait's period, {timed.period:g} s"
-        raise InputError(
-            f"duration must be {wanted}, got {settings.duration} s", field="duration"
-        )
+    steps = 2.0 * np.arange(resolution) - (resolution - 1)
+    return np.asarray(span * steps / max(resolution - 1, 1))
+
+
+def _settings_for(timed: TimedGait, settings: FlightSettings) -> FlightSettings:
+    """Return the settings of the flights of a basin, with a duration; InputError if they do not suit one."""
     if settings.reference != "attitude":
         raise InputError(
             f"reference must be attitude for a basin, got {settings.reference!r}",
             field="reference",
         )
-    mass, *_ = timed.gait.vehicle.require(
-        "mass", "inertia", "arm_length", purpose="flight"
-    )
-    # The middle of an odd count is zero exactly.
-    angles = (
-        span * (2.0 * np.arange(resolution) - (resolution - 1)) / max(resolution - 1, 1)
-    )
-    starts = timed.period * np.arange(begins) / begins
+    if settings.duration is None:
+        duration = max(settings.seconds, timed.period + _AFTER)
+        return replace(settings, duration=duration)
+    if settings.duration < timed.period:
+        wanted = f"at least the gait's period, {timed.period:g} s"
+        raise InputError(
+            f"duration must be {wanted}, got {settings.duration} s", field="duration"
+        )
+    return settings
 
+
+def _basin_of(
+    timed: TimedGait,
+    bias: float,
+    settings: FlightSettings,
+    angles: FloatArray,
+    starts: FloatArray,
+    report: Callable[[float], None],
+    *,
+    anyway: bool,
+) -> Basin:
+    """Fly a gait from every attitude of a grid, taking off at each of some moments of its period."""
+    import shapely
+
+    vehicle = timed.gait.vehicle
     roll, pitch = np.meshgrid(angles, angles, indexing="ij")
     attitudes = np.column_stack([roll.ravel(), pitch.ravel()])
     shape = (len(starts), *roll.shape)
-    found = []
-    for k, (one, factor) in enumerate(zip(gaits, biases, strict=True)):
-        acceptable = robustness_of(one, curves=0).gait.acceptable
-        refusal, warnings = before_take_off(repeated(one), settings, anyway=anyway)
-        outcome = np.full(shape, OUTCOMES.index("refused"), dtype=np.int8)
-        seconds, peak = np.zeros(shape), np.zeros(shape)
-        for number, start in enumerate(starts.tolist() if not refusal else ()):
-            simulation = Simulation(repeated(one, begin=start), settings)
-            warnings += tuple(one for one in simulation.warnings if one not in warnings)
-            before = k * len(starts) + number
+    outcome = np.full(shape, OUTCOMES.index("refused"), dtype=np.int8)
+    seconds, peak = np.zeros(shape), np.zeros(shape)
+    refusal, warnings = before_take_off(repeated(timed), settings, anyway=anyway)
+    if not refusal:
+        for k, start in enumerate(starts.tolist()):
 
-            def part(done: float, before: int = before) -> None:
-                if progress is not None:
-                    progress((before + done) / (len(biases) * len(starts)))
+            def part(done: float, before: int = k) -> None:
+                report((before + done) / len(starts))
 
+            simulation = Simulation(repeated(timed, begin=start), settings)
             flown = simulation.run_many(
-                attitudes, until_settled=one.period, progress=part
+                attitudes, until_settled=timed.period, progress=part
             )
-            outcome[number], seconds[number], peak[number] = (
+            outcome[k], seconds[k], peak[k] = (
                 values.reshape(roll.shape) for values in flown
             )
-        peak *= 4.0 / (mass * one.gait.vehicle.gravity)
-        alpha, exact = (
-            one.at(starts).alpha[:, None, None],
-            coefficients_of(one.gait.vehicle, "exact"),
-        )
-        same_side = np.asarray(
-            determinant(alpha, exact, roll, pitch) * determinant(alpha, exact) > 0
-        )
-        inside = np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch))
-        of_flights = angles, starts, outcome, seconds, peak, same_side
-        found.append(
-            Basin(
-                one,
-                factor,
-                settings,
-                *of_flights,
-                acceptable,
-                inside,
-                refusal,
-                warnings,
-            )
-        )
-    return tuple(found)
+            warnings += simulation.warnings
+    exact = coefficients_of(vehicle, "exact")
+    alpha = timed.at(starts).alpha[:, None, None]
+    at_start, level = determinant(alpha, exact, roll, pitch), determinant(alpha, exact)
+    acceptable = robustness_of(timed, curves=0).gait.acceptable
+    quarter: Any = vehicle.mass * vehicle.gravity / 4.0  # type: ignore[operator]
+    return Basin(
+        timed=timed,
+        bias=bias,
+        settings=settings,
+        angles=angles,
+        begins=starts,
+        outcome=outcome,
+        seconds=seconds,
+        peak_share=peak / quarter,
+        same_side=np.asarray(at_start * level > 0),
+        acceptable=acceptable,
+        inside=np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch)),
+        refusal=refusal,
+        warnings=tuple(dict.fromkeys(warnings)),
+    )
 
 
 def table_of_basins(every: Sequence[Basin]) -> Table:
