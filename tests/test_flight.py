@@ -138,6 +138,32 @@ def test_the_controller_knows_the_angles_of_servos_that_report_them(
     assert f"  tilt angles           the controller {said}" in str(flight)
 
 
+def test_errors_of_servos_are_known_to_nobody_and_lose_what_has_no_margin() -> None:
+    size = math.radians(12)
+    settings = FlightSettings(
+        reference="hover", servo_errors=(-size, -size, -size, -size)
+    )
+    upright, leaning = (
+        fly(
+            lift([corner], "red").parametrize(1.0),
+            settings=settings,
+            attitude=(0.1, -0.1),
+        )
+        for corner in ((0.0, 0.0), (-0.6, 0.6))
+    )
+    np.testing.assert_allclose(upright.alpha, -size, atol=1e-12)
+    assert abs(upright.column("x")[-1]) + abs(upright.column("y")[-1]) > 5.0
+    assert "yaw" in leaning.reason  # it holds its place; the controller has no integral
+    assert abs(leaning.column("x")[-1]) < 0.05
+    again = settings_from_mapping(settings.as_mapping())
+    assert again == settings
+    stated = settings_from_mapping({"servo_errors": ["-12deg", 0, "1deg", 0.1]})
+    assert stated.servo_errors[0] == -size
+    for wrong in ((0.1, 0.1), (2.0, 0.0, 0.0, 0.0), 0.1):
+        with pytest.raises(InputError, match="servo_errors must be four angles"):
+            FlightSettings(servo_errors=wrong)  # type: ignore[arg-type]
+
+
 def test_a_controller_that_assumes_the_plan_errs_by_the_lag() -> None:
     lagging = {
         arms: Simulation(

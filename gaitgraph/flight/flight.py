@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import later
-from gaitgraph.angles import angle_from_text, number_of, whole_number
+from gaitgraph.angles import HALF_PI, angle_from_text, number_of, whole_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
@@ -68,6 +68,8 @@ class FlightSettings:
         Whether thrusts are kept between zero and the limit, by default the vehicle's `max_thrust`, if it states one.
     servo_lag, servo_rate
         Time constant and largest rate of the tilt servos; by default the vehicle's, if it states them.
+    servo_errors
+        Constant errors of the four tilt angles, zeros that are off or play, which neither servos nor controller know [rad].
     arms
         Tilt angles that the controller assumes: "planned", which are wrong with a lag or a limited rate; or "served",
         those that the servos reach, by default only for a vehicle with `servo_feedback`.
@@ -105,6 +107,7 @@ class FlightSettings:
     thrust_limit: float | None = _number(None, 1e-9, 1e9, "N")
     servo_lag: float | None = _number(None, 0.0, 1e3, "s")
     servo_rate: float | None = _number(None, 1e-6, 1e9, "rad/s")
+    servo_errors: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     arms: Arms | None = None
     floor: float = _number(0.01, 0.0, 1.0, "dimensionless")
     attitude_noise: float = _number(0.0, 0.0, 1.0, "rad")
@@ -146,6 +149,13 @@ class FlightSettings:
             raise InputError(
                 f"wind must be two or three numbers from -100 to 100 (m/s), got {shown(self.wind)}",
                 field="wind",
+            )
+        errors = self.servo_errors
+        is_four = isinstance(errors, tuple) and len(errors) == 4
+        if not is_four or not all(abs(number_of(error)) <= HALF_PI for error in errors):
+            raise InputError(
+                f"servo_errors must be four angles from -π/2 to π/2 (rad), got {shown(errors)}",
+                field="servo_errors",
             )
         between = 1.0 / (self.control_rate * self.step)
         if (
@@ -214,7 +224,9 @@ class FlightSettings:
             one.name: float(value) if "range" in one.metadata else value
             for one, value in stated.items()
         }
-        return values | {"wind": [float(part) for part in self.wind]}
+        for name in ("servo_errors", "wind"):
+            values[name] = [float(part) for part in getattr(self, name)]
+        return values
 
     def _check_gains(self) -> None:
         """Raise InputError for gains with which attitude or altitude, as sampled, or x and y are unstable."""
@@ -263,7 +275,7 @@ class FlightSettings:
 def settings_from_mapping(content: Any) -> FlightSettings:
     """Return the settings in a table such as a study's ``[flight]``; InputError if a name or a value is wrong.
 
-    Angles may be texts such as "2deg", and `wind` two numbers.
+    Angles may be texts such as "2deg", and `wind` two numbers. `servo_errors` are four angles.
 
     >>> settings_from_mapping({"duration": 2, "attitude_noise": "0.5deg"}).attitude_noise
     0.008726646259971648
@@ -273,6 +285,8 @@ def settings_from_mapping(content: Any) -> FlightSettings:
     for name, value in content.items():
         if name in _ANGLES and isinstance(value, str):
             values[name] = angle_from_text(value, name)
+        elif name == "servo_errors" and isinstance(value, (list, tuple)):
+            values[name] = tuple(angle_from_text(error, name) for error in value)
         elif (
             name == "wind" and isinstance(value, (list, tuple)) and len(value) in (2, 3)
         ):

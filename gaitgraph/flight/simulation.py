@@ -200,14 +200,15 @@ class Simulation:
         self.command: FloatArray = course.at(steps).alpha
         lag = vehicle.servo_lag if settings.servo_lag is None else settings.servo_lag
         rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
-        self.actual: FloatArray = arm_response(
+        served: FloatArray = arm_response(
             self.command, vehicle, settings.step, lag=lag or 0.0, rate=rate
         )
+        self.actual: FloatArray = served + np.array(settings.servo_errors)
         hinges = self.engine.servo_commands(self.actual)
         self._hinges = hinges[: self.controls * every]  # none in the last control step
         self._first_rates = (self.actual[1] - self.actual[0]) / settings.step
         is_known = settings.arms_of(vehicle) == "served"
-        assumed = self.actual if is_known else self.command
+        assumed = served if is_known else self.command
         self._allocation = allocation_of(assumed[::every], vehicle)
         self._wanted = self._references(ahead)
         limit = settings.thrust_limit or vehicle.max_thrust or _LARGEST
