@@ -37,6 +37,7 @@ from gaitgraph.errors import (
 )
 from gaitgraph.files import from_toml_file, table_from_toml
 from gaitgraph.pictured import Pictured
+from gaitgraph.texts import table_lines
 
 __all__ = [
     "PAPER",
@@ -483,20 +484,18 @@ class Vehicle(Pictured):
         return f"Vehicle({', '.join(f'{name}={value!r}' for name, value in self.as_mapping().items())})"
 
     def __str__(self) -> str:
-        stated, lines = (
-            self.as_mapping(),
-            [f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}"],
-        )
-        del stated["name"]
-        for name, value in stated.items():
+        rows = []
+        for name, value in self.as_mapping().items():
             if name in ("first_arm_angle", *_TILTS) and not isinstance(value, list):
                 text = f"{text_from_angle(value)} rad = {math.degrees(value):.6g}°"
             else:
                 parts = value if isinstance(value, list) else [value]
                 text = ", ".join(_text(part) for part in parts)
                 text += f" {UNITS.get(name, '').removeprefix('dimensionless')}"
-            lines.append(f"  {name.replace('_', ' '):<22} {text}".rstrip())
-        return "\n".join(lines)
+            if name != "name":
+                rows.append((name.replace("_", " "), text.rstrip()))
+        head = f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}"
+        return "\n".join([head, *table_lines(rows)])
 
 
 _DEFAULTS = {

@@ -80,7 +80,7 @@ EXPECTED = {
     "enter_from_hover": "No path: R = +4 at the start and -5.559 at the end",
     "list_cycles": "80 flyable cycles up to 0.8 rad in the square",
     "graph_tour": "294 nodes, 1038 edges",
-    "robustness_of_a_gait": "biased by 0.8          74.46°      85.15 %   0.3754",
+    "robustness_of_a_gait": "biased by 0.8         74.46°     85.15 %  0.3754",
     "basin_of_a_gait": "Basin of biased by 0.8: 4 by 4 attitudes, roll and pitch up to 70°: 81.2 % settled",
     "draw_a_gait": "figure_15.svg",
     "where_a_waypoint_lies": "0.1000 rad away is (0.5000, -0.9000)",

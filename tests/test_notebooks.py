@@ -46,7 +46,7 @@ PAGES = {
 PRINTS = {
     "reproduce_the_paper": {
         "vertices": "Gait 2: blue, off by 5e-04",
-        "biased": "biased by 0.8          74.46°",
+        "biased": "biased by 0.8         74.46°",
     },
     "plan_for_your_vehicle": {
         "robust": "shortest and robust: 0.541 0.669",

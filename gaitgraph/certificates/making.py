@@ -26,6 +26,7 @@ from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, even_times, tilt_angles
 from gaitgraph.invertibility import matrices
 from gaitgraph.records import Record
+from gaitgraph.texts import table_lines
 from gaitgraph.timing.polynomials import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 from gaitgraph.tolerances import DEFAULT_FLOOR
@@ -94,12 +95,14 @@ class Certified(Record):
         return f"<Certified: {pieces} pieces, claims {claims}>"
 
     def __str__(self) -> str:
-        lines = [f"Certified {len(self.document['pieces'])} pieces"]
-        for name, claim in self.as_mapping()["claims"].items():
-            words = name.replace("_", " ")
-            lines.append(
-                f"  {words:<21} {_shown(claim)}; {self.intervals[name]} intervals"
+        rows = [
+            (
+                name.replace("_", " "),
+                f"{_shown(claim)}; {self.intervals[name]} intervals",
             )
+            for name, claim in self.as_mapping()["claims"].items()
+        ]
+        lines = [f"Certified {len(self.document['pieces'])} pieces", *table_lines(rows)]
         lines += [f"warning: {warning}" for warning in self.warnings]
         return "\n".join(lines)
 

@@ -40,6 +40,7 @@ from gaitgraph.gait.table import Table, check_repeats
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import BoolArray, determinant
 from gaitgraph.robustness.biased import robustness_of
+from gaitgraph.texts import table_lines
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 
 if TYPE_CHECKING:
@@ -179,21 +180,27 @@ class Basin:
             self.cases,
             [f"{count} {name}" for name, count in self.outcomes.items()],
         )
-        lines = [
-            f"{head}: {100 * self.fraction:.1f} % settled, {100 * self.acceptable_fraction:.1f} % acceptable",
-            f"  acceptable    {cases['inside_settled']} settled, {cases['inside_lost']} lost",
-            f"  singular once {cases['outside_settled']} settled, {cases['outside_lost']} lost",
-            f"  flights       {', '.join(counts)}",
-            f"  tilt angles   {arms_text(self.settings, self.timed.gait.vehicle)}",
+        rows = [
+            (
+                "acceptable",
+                f"{cases['inside_settled']} settled, {cases['inside_lost']} lost",
+            ),
+            (
+                "singular once",
+                f"{cases['outside_settled']} settled, {cases['outside_lost']} lost",
+            ),
+            ("flights", ", ".join(counts)),
+            ("tilt angles", arms_text(self.settings, self.timed.gait.vehicle)),
         ]
         times = self.seconds[self.outcome == 0]
         if times.size:
             peak = float(self.peak_share[self.outcome == 0].max())
             thrust = f"{peak:.3g} times a quarter of the weight"
-            lines.append(
-                f"  settled       after {times.max():.2f} s at most, with {thrust}"
+            rows.append(
+                ("settled", f"after {times.max():.2f} s at most, with {thrust}")
             )
-        return "\n".join(lines)
+        shares = f"{100 * self.fraction:.1f} % settled, {100 * self.acceptable_fraction:.1f} % acceptable"
+        return "\n".join([f"{head}: {shares}", *table_lines(rows)])
 
     __repr__ = __str__
 

@@ -15,6 +15,7 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value
+from gaitgraph.texts import table_lines
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.vehicle import vehicle_named
 
@@ -558,36 +559,36 @@ class Flight:
     def __str__(self) -> str:
         roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in self.attitude)
         head = f"Flight of {self.vehicle.name} from roll {roll}, pitch {pitch}: {self.verdict}"
-        lines = [head + f" of {self.flown:g} s" * self.settled]
+        if self.settled:
+            head += f" of {self.flown:g} s"
+        rows = []
         if self.gait_errors is not None:
             units = {"attitude": "rad", "yaw": "rad", "altitude": "m"}
             worst = (
                 f"{name} {round(self.gait_errors[name], 4):g} {unit}"
                 for name, unit in units.items()
             )
-            lines.append(f"  errors of the gait    {', '.join(worst)} at most")
+            rows.append(("errors of the gait", f"{', '.join(worst)} at most"))
         if self.peak_tilt is not None:
             share = f"{self.peak_thrust_share:.3g} times a quarter of the weight"
-            lines += [
-                f"  tilt angles           {arms_text(self.settings, self.vehicle)}",
-                f"  peak tilt             {math.degrees(self.peak_tilt):.3g}°",
-                f"  peak thrust           {self.peak_thrust:.4g} N, {share}",
-                f"  least singular value  {self.least_singular_value:.3g} (stops below {self.settings.floor:g})",
-                f"  saturated             {100 * (self.saturated_fraction or 0):.3g} % of the time",
+            least = (
+                f"{self.least_singular_value:.3g} (stops below {self.settings.floor:g})"
+            )
+            saturated = f"{100 * (self.saturated_fraction or 0):.3g} % of the time"
+            place = f"ends {self.drift:.3g} m from the start"
+            if self.tracking_error is not None:
+                place += f", at most {self.tracking_error:.3g} m from the reference"
+            rows += [
+                ("tilt angles", arms_text(self.settings, self.vehicle)),
+                ("peak tilt", f"{math.degrees(self.peak_tilt):.3g}°"),
+                ("peak thrust", f"{self.peak_thrust:.4g} N, {share}"),
+                ("least singular value", least),
+                ("saturated", saturated),
             ]
             if self.energy is not None:
-                lines.append(
-                    f"  energy                {self.energy:.4g} J into the air"
-                )
-            off = (
-                ""
-                if self.tracking_error is None
-                else f", at most {self.tracking_error:.3g} m from the reference"
-            )
-            lines.append(
-                f"  place                 ends {self.drift:.3g} m from the start{off}"
-            )
-        return "\n".join(lines)
+                rows.append(("energy", f"{self.energy:.4g} J into the air"))
+            rows.append(("place", place))
+        return "\n".join([head, *table_lines(rows)])
 
 
 def arms_text(settings: FlightSettings, vehicle: Vehicle) -> str:

@@ -34,6 +34,7 @@ from gaitgraph.surface.sheets import (
     text_from_types,
     types_at,
 )
+from gaitgraph.texts import table_lines
 from gaitgraph.tolerances import (
     DEFAULT_CROSSING_TOLERANCE,
     DEFAULT_FLOOR,
@@ -286,18 +287,18 @@ class Gait(Pictured):
     def corner_lines(self) -> list[str]:
         """The first twelve corners as lines of a table."""
         corners, types, most = len(self.alpha), self.types, 12
-        lines = [
-            "  corner      α1        α2        α3        α4"
-            + "     types" * bool(types)
+        rows = [["corner", "α1", "α2", "α3", "α4"]]
+        rows += [
+            [str(number), *map(text_from_angle, angles)]
+            for number, angles in enumerate(self.alpha[:most].tolist(), start=1)
         ]
-        for k, alpha in enumerate(self.alpha[:most]):
-            angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
-            lines.append(
-                f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else "")
-            )
-        return (
-            lines if corners <= most else [*lines, f"     … and {corners - most} more"]
-        )
+        if types:
+            for row, kind in zip(rows, ("types", *types), strict=False):
+                row.append(kind)
+        lines = table_lines(rows, right=range(5))
+        if corners > most:
+            lines.append(f"  … and {corners - most} more")
+        return lines
 
 
 def lift(

@@ -33,6 +33,7 @@ from gaitgraph.robustness.attitudes import (
 )
 from gaitgraph.robustness.error_margins import ErrorMargin, drag_margin, servo_margin
 from gaitgraph.surface.sheets import sheet_distances
+from gaitgraph.texts import table_lines
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
 from gaitgraph.validation.rules import Segments, segments_of
 
@@ -219,10 +220,7 @@ class RobustnessReport(Record):
             details.append(f"{one.name}: {one.verdict}")
             lines_of_one = [*_details(one), *_error_margins_in_words(one)]
             details += [f"  {line}" for line in lines_of_one]
-        lines += [
-            f"  {name:<16} {margin:>12} {part:>12}   {value}"
-            for name, margin, part, value in rows
-        ]
+        lines += table_lines(rows, right={1, 2})
         return "\n".join(lines + details)
 
 

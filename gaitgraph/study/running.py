@@ -52,6 +52,7 @@ from gaitgraph.study.design import (
     read_study,
     study_from_mapping,
 )
+from gaitgraph.texts import table_lines
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -104,9 +105,8 @@ class StudyRun:
         cases = len(self.study)
         kept = "" if self.flown == cases else f", {cases - self.flown} of them kept"
         lines = [f"Study {self.study.name}: {cases} case{'s' * (cases != 1)}{kept}"]
-        for name, count in self.outcomes.items():
-            if count:
-                lines.append(f"  {name:<12} {count}")
+        counts = [(name, str(n)) for name, n in self.outcomes.items() if n]
+        lines += table_lines(counts)
         lines.append(f"rows with their reasons in {self.folder / 'rows'}")
         return "\n".join(lines)
 

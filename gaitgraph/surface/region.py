@@ -20,6 +20,7 @@ from gaitgraph.angles import HALF_PI, angle_within, angles_from, is_list
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, of_field, shown
 from gaitgraph.pictured import Pictured
+from gaitgraph.texts import table_lines
 from gaitgraph.tolerances import ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import Angle
 
@@ -237,11 +238,12 @@ class Region(Pictured):
             else "empty"
         )
         lines = [f"Region of the (α1, α2) plane: {size}"]
+        rows = []
         for number, part in enumerate(self.components[:_MOST_LISTED], start=1):
-            (left, below, right, above), area = part.bounds, f"{part.area:.3g} rad²"
-            lines.append(
-                f"  {number}  {area:>11}   α1 {left:.4f} to {right:.4f}, α2 {below:.4f} to {above:.4f}"
-            )
+            left, below, right, above = part.bounds
+            bounds = f"α1 {left:.4f} to {right:.4f}, α2 {below:.4f} to {above:.4f}"
+            rows.append((str(number), f"{part.area:.3g} rad²", bounds))
+        lines += table_lines(rows, right={1})
         if count > _MOST_LISTED:
             lines.append(f"  … and {count - _MOST_LISTED} more")
         if self.conditions:

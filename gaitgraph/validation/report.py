@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from gaitgraph.angles import figure, figures_apart
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.pictured import Pictured
 from gaitgraph.records import Record
+from gaitgraph.texts import table_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -28,7 +28,6 @@ _LIKELY = {
     "acceleration": 10_000.0,
 }  # a larger limit is probably in degrees
 _YES = {True: "yes", False: "no", None: "unknown"}
-_WIDTH = 110
 
 LIMITED = {
     "thrust_limit": "max_thrust",
@@ -423,26 +422,26 @@ class Report(Pictured):
     @property
     def lines(self) -> list[str]:
         """The verdict, the checks and the power in hover as lines of text."""
-        found = [self.verdict, *lines_of_checks(self.checks)]
+        return [self.verdict, *table_lines(self._rows)]
+
+    @property
+    def _rows(self) -> list[tuple[str, str, str]]:
+        """The mark, the name and the message of each check and of the power in hover."""
+        rows = _rows_of_checks(self.checks)
         if self.hover_power is not None:
             message = f"{self.hover_power:.3f} times that of level hover (momentum theory, mean over {self.hover_power_over})"
-            found.append(_line("--", "hover power", message))
-        return found
+            rows.append(("--", "hover power", message))
+        return rows
 
     def __str__(self) -> str:
-        lines = self.lines
+        rows = self._rows
         if self.reachability:
             mark = "ok" if self.reachable_from_hover else "--"
-            lines.append(_line(mark, "reachable from hover", self.reachability))
+            rows.append((mark, "reachable from hover", self.reachability))
         if self.listing is not None:
-            lines.append(
-                _line(
-                    "ok" if self.listing.count else "--",
-                    "colorings",
-                    self.listing.in_report,
-                )
-            )
-        return "\n".join([*lines, *self.warning_lines])
+            mark = "ok" if self.listing.count else "--"
+            rows.append((mark, "colorings", self.listing.in_report))
+        return "\n".join([self.verdict, *table_lines(rows), *self.warning_lines])
 
     def __repr__(self) -> str:
         broken = [
@@ -482,24 +481,22 @@ def following(checks: Iterable[Check], causes: Mapping[str, str]) -> list[Check]
 
 
 def lines_of_checks(checks: Iterable[Check]) -> list[str]:
-    """Return checks as lines of text, wrapped; those that follow from another one are in one line behind it."""
+    """Return checks as lines of text; those that follow from another one are in one line behind it."""
+    return table_lines(_rows_of_checks(checks))
+
+
+def _rows_of_checks(checks: Iterable[Check]) -> list[tuple[str, str, str]]:
     listed = list(checks)
-    lines = []
+    rows = []
     for check in listed:
         if check.follows_from is not None:
             continue
-        lines.append(_line(check.mark, check.name.replace("_", " "), check.message))
-        names = [one.name for one in listed if one.follows_from == check.name]
+        rows.append((check.mark, check.name.replace("_", " "), check.message))
+        names = [other.name for other in listed if other.follows_from == check.name]
         if names:
-            lines.append(
-                _line("--", "follow from it", ", ".join(names).replace("_", " "))
-            )
-    return lines
-
-
-def _line(mark: str, name: str, message: str) -> str:
-    head = f"  {mark}  {name:<22}"
-    return fill(message, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head))
+            words = ", ".join(names).replace("_", " ")
+            rows.append(("--", "follow from it", words))
+    return rows
 
 
 def broken_rules(
