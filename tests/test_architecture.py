@@ -316,6 +316,7 @@ def test_at_most_forty_public_names() -> None:
         "later",
         "pictured",
         "records",
+        "texts",
         "tolerances",
     }
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):

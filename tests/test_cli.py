@@ -253,7 +253,7 @@ def test_vehicles_and_version(run: Any) -> None:
     Path("mine.toml").write_text('drag_ratio = 0.1\nmax_tilt = "80deg"\n')
     shown = run("vehicles", "--vehicle", "mine.toml").out
     assert shown.startswith("mine: κ = 0.100000, δ = 0.099669 rad")
-    assert "max tilt               1.3963 rad = 80°\n" in shown
+    assert "max tilt          1.3963 rad = 80°\n" in shown
     assert run("--version").out == f"gaitgraph, version {gg.__version__}\n"
 
 

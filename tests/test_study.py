@@ -404,8 +404,8 @@ def test_the_command_counts_flies_and_reports(run: Any, tmp_path: Path) -> None:
     assert (done.code, done.err) == (0, "")
     assert done.out.splitlines()[:3] == [
         "Study s: 2 cases",
-        "  settled      1",
-        "  refused      1",
+        "  settled  1",
+        "  refused  1",
     ]
     again = run("study", "s.toml", "--workers", 0, "--json").json
     assert (again["flown"], again["kept"], again["settled"]) == (0, 2, 1)

@@ -329,7 +329,7 @@ class TestFiles:
         vehicle = vehicle_named(written(tmp_path, self.GOOD + stated))
         assert vehicle.servo_feedback is reports
         assert ("servo_feedback" in vehicle.as_mapping()) is reports
-        assert ("servo feedback         yes" in str(vehicle)) is reports
+        assert ("servo feedback    yes" in str(vehicle)) is reports
         assert vehicle_from_mapping(vehicle.as_mapping()) == vehicle
         assert vehicle.replace(mass=2.0).servo_feedback is reports
         assert not PAPER.servo_feedback
