@@ -187,6 +187,16 @@ def test_plan_from_files(run: Any) -> None:
     assert run("plan", "plan.json", "--json").json == plan
 
 
+def test_an_option_replaces_what_a_file_says_also_by_its_default(run: Any) -> None:
+    waypoints = [list(pair) for pair in G3.waypoints]
+    Path("coarse.toml").write_text(f"waypoints = {waypoints}\nperiod = 2.0\n")
+    stated = run("plan", "coarse.toml", "--json").json["request"]
+    assert (stated["period"], stated["method"]) == (2.0, "exact")
+    options = ("--period", "1", "--divisions", "16")
+    replaced = run("plan", "coarse.toml", *options, "--json").json["request"]
+    assert (replaced["period"], replaced["method"]) == (1.0, "grid")
+
+
 def test_roots(run: Any) -> None:
     result = run("roots", "0.3", "-3pi/8", "--json")
     assert result.code == 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -75,7 +75,7 @@ def export_command(
     servos: str | None,
     periods: int | None,
     from_hover: bool,
-    require: Any,
+    require: Literal["flyable", "valid"],
     anyway: bool,
     once: bool,
     period: float | None,

@@ -156,9 +156,9 @@ def _note_on_certificate(
 )
 @click.option(
     "--scale",
-    type=float,
+    type=SHARE,
     multiple=True,
-    help="Scale all four by η; repeatable.",
+    help="Scale all four angles by η; repeatable.",
 )
 @click.option(
     "--tilt",

@@ -57,7 +57,7 @@ class Pair(click.ParamType[tuple[float, float]]):
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[float, float]:
         """Return the two angles [rad]."""
-        angles = _angles(value)
+        angles = [_angle_or_nan(part) for part in value.split(",")]
         if len(angles) != 2 or any(map(math.isnan, angles)):
             allowed = "two angles with a comma between them, such as pi/8,-20deg"
             self.fail(f"{value!r} is not {allowed}.", param, ctx)
@@ -74,10 +74,6 @@ class Polygon(click.ParamType[list[tuple[float, float]]]):
     ) -> list[tuple[float, float]]:
         """Return the corners [rad]."""
         return [Pair().convert(corner, param, ctx) for corner in value.split()]
-
-
-def _angles(text: str) -> list[float]:
-    return [_angle_or_nan(part) for part in text.split(",")]
 
 
 def _angle_or_nan(value: Any) -> float:
@@ -118,9 +114,8 @@ class FileOr(click.Path):
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> str:
         """Return the name or the word."""
-        path = Path(value)
-        is_file = path.suffix or path.exists()
-        if value.lower() not in self.words and not is_file:
+        is_word = value.lower() in self.words
+        if not (is_word or Path(value).suffix or Path(value).exists()):
             from gaitgraph.errors import did_you_mean
 
             hint = did_you_mean(value, self.words)
