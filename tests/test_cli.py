@@ -634,6 +634,8 @@ def test_completion_loads_neither_the_library_nor_other_commands() -> None:
         "cli.output",
         "cli.plan",
         "errors",
+        "explorer",
+        "explorer.words",
         "tolerances",
     }
     assert set(loaded.split()) == {f"gaitgraph.{name}" for name in shared}

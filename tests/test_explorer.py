@@ -534,6 +534,8 @@ def test_setup_lists_what_the_page_offers(client: Client) -> None:
     assert setup["version"] == gg.__version__
     assert setup["defaults"] == DEFAULTS
     assert setup["limits"]["waypoints"] == 64
+    for command_words in ("objective", "method", "require", "law"):
+        assert command_words in setup["words"]
     assert [preset["name"] for preset in setup["presets"]] == gg.vehicle.preset_names()
     for published, gait in zip(GAITS, setup["paper_gaits"], strict=True):
         assert (gait["color"], gait["sign"]) == (published.color, published.sign)

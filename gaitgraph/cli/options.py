@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli.output import JSON, print_problem
+from gaitgraph.explorer.words import CHOICES_IN_WORDS
 from gaitgraph.tolerances import DEFAULT_FLOOR
 
 if TYPE_CHECKING:
@@ -290,7 +291,7 @@ require_option = click.option(
     "--require",
     type=click.Choice(["flyable", "valid"]),
     default="flyable",
-    help="What the gait must be; valid means by the paper's rules alone.",
+    help=CHOICES_IN_WORDS["require"],
 )
 anyway_option = click.option(
     "--anyway", is_flag=True, help="Write it although it is not flyable."

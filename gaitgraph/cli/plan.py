@@ -30,6 +30,7 @@ from gaitgraph.cli.output import (
     working,
     write_outputs,
 )
+from gaitgraph.explorer.words import CHOICES_IN_WORDS
 
 
 @click.command("plan", short_help="Plan a closed gait through (α1, α2) waypoints.")
@@ -42,13 +43,13 @@ from gaitgraph.cli.output import (
     "--objective",
     type=click.Choice(["shortest", "robust"]),
     default="shortest",
-    help="The shortest loop, or the one farthest from singular.",
+    help=CHOICES_IN_WORDS["objective"],
 )
 @click.option(
     "--method",
     type=click.Choice(["exact", "grid"]),
     show_default="exact; grid with --divisions",
-    help="exact: straight lines in any direction; grid: along the edges of the paper's graph.",
+    help=CHOICES_IN_WORDS["method"],
 )
 @require_option
 @click.option(
@@ -65,7 +66,7 @@ from gaitgraph.cli.output import (
     "--law",
     type=click.Choice(LAWS),
     default=LAWS[0],
-    help="Timing law: position along the loop over time.",
+    help=CHOICES_IN_WORDS["law"],
 )
 @certify_option
 @gait_outputs_options

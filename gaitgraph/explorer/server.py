@@ -27,6 +27,7 @@ from gaitgraph.explorer.map_query import SHADINGS, map_answer
 from gaitgraph.explorer.queries import diagram_answer, plan_answer
 from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
+from gaitgraph.explorer.words import CHOICES_IN_WORDS
 from gaitgraph.files import value_from_json
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.invertibility.coefficients import KINDS, coefficients_of
@@ -286,6 +287,7 @@ def setup_answer() -> dict[str, Any]:
         "coefficients": list(KINDS),
         "shadings": list(SHADINGS),
         "formats": formats_answer(),
+        "words": CHOICES_IN_WORDS,
         "defaults": DEFAULTS,
         "limits": LIMITS,
         "ranges": {name: asdict(allowed) for name, allowed in RANGES.items()},

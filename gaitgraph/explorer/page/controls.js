@@ -19,25 +19,22 @@ const LABELS = {
 
 const ADVANCED = "sign require method divisions any_order reverse vehicle coefficients period law samples".split(" ");
 
-/** The words of the page that are those of the paper or of this package, in the order of the page. */
+/** What the words of the page mean that are of the paper or of this package; those of commands come from the server. */
 const WORDS = {
   color: "Red and blue are the two surfaces of tilt angles on which roll and pitch do not depend on thrust.",
-  objective: "Shortest: least length in the (α1, α2) plane. Most robust: farthest from singular matrices.",
   drag_ratio: "κ, the ratio of a rotor’s drag torque to the torque of its thrust about the hub.",
   R: "R, the determinant of the decoupling matrix at level attitude. A gait must not pass R = 0.",
-  require: "Flyable: can be flown in exact physics. Valid: obeys the paper’s rules, which use rounded coefficients.",
-  method: "Grid: a graph search on a grid. Any angle: the any-angle method, a shortest path between any angles.",
   coefficients: "The coefficients of R: published (rounded), printed (the same digits as exact numbers), exact, or by rule from the vehicle.",
-  law: "Timing law: maps time to position along the loop.",
   sheet: "The surface that the map shows. Auto follows the plan.",
   types: "Plane types: the signs by which α3 and α4 follow α1 and α2, drawn on the paper’s grid.",
   eta: "Biased gait: α3 and α4 scaled by η. On red, that tells which attitudes become singular.",
 };
 
 /** Explain the words where they stand, and in a list for those who have no pointer. */
-function explainWords() {
-  for (const [word, text] of Object.entries(WORDS)) {
-    const place = document.querySelector(`[data-word=${word}]`);
+function explainWords(shared) {
+  const words = { ...WORDS, ...shared };
+  for (const place of document.querySelectorAll("[data-word]")) {
+    const text = words[place.dataset.word];
     place.title = text;
     byId("words").append(html("dt", {}, place.textContent), html("dd", {}, text));
   }
@@ -76,7 +73,7 @@ const labelled = (values) => values.map((value) => [value, LABELS[value] ?? valu
 export function bindControls(setup, on) {
   const shows = [];
   const choose = (key) => (value) => on.commit({ [key]: value });
-  explainWords();
+  explainWords(setup.words);
 
   for (const [key, values] of [
     ["color", setup.colors],

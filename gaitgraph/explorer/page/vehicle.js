@@ -4,7 +4,7 @@ import { html } from "./elements.js";
 
 const CONTEXT = { alpha: true, stencil: true };
 const SELDOM = 50; // between two pictures where the processor draws, as clicks come first [ms]
-const NOT_DRAWN = "The vehicle is not drawn: this browser has no WebGL 2, or has stopped it.";
+const NOT_DRAWN = "The vehicle is not drawn: this browser has no WebGL 2, or has stopped it.";
 const NOT_HELD = "No hover thrusts: nothing holds the vehicle level here.";
 
 /** Return whether the processor draws, as there is no graphics card. */
