@@ -359,6 +359,33 @@ class TestForcesAndTorques:
         )
 
 
+# Tilt axes of the rotors in front, left, back and right, whether z points up, and the signs that docs/guide/files.md states.
+FRONT, LEFT, BACK, RIGHT = [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]
+
+
+@pytest.mark.parametrize(
+    ("axes", "z_up", "signs"),
+    [
+        ((FRONT, LEFT, BACK, RIGHT), True, (1, 1, 1, 1)),
+        ((FRONT, RIGHT, BACK, LEFT), False, (1, 1, 1, 1)),
+        ((BACK, RIGHT, FRONT, LEFT), True, (-1, -1, -1, -1)),
+        ((FRONT, LEFT, FRONT, LEFT), True, (1, 1, -1, -1)),
+        ((FRONT, LEFT, FRONT, LEFT), False, (1, -1, -1, 1)),
+    ],
+)
+def test_signs_of_other_conventions(
+    axes: tuple[list[int], ...], z_up: bool, signs: tuple[int, ...]
+) -> None:
+    yours = np.array([0.3, -0.5, 0.7, 0.2])
+    to_z_up = np.diag([1, 1, 1] if z_up else [1, -1, -1])
+    up = to_z_up @ [0, 0, 1]
+    pushing_up = [-1, 1, -1, 1]
+    force = control_force_matrix(yours * signs) * pushing_up
+    for axis, angle, push in zip(axes, yours, force.T, strict=True):
+        thrust = to_z_up @ Rotation.from_rotvec(angle * np.array(axis)).apply(up)
+        np.testing.assert_allclose(push / np.linalg.norm(push), thrust, atol=1e-15)
+
+
 @every_vehicle
 def test_hover_thrusts_carry_the_weight_and_make_no_torque(vehicle: Vehicle) -> None:
     alpha = random_tilts(23, 50)
