@@ -16,6 +16,11 @@ class Pictured(Record):
 
     __slots__ = ()
 
+    @property
+    def _shown(self) -> Any:
+        """What its picture shows: itself, or the gait that is its answer; None if there is none."""
+        return self
+
     def plot(self: Any, *, ax: Axes | None = None) -> Axes:
         """Draw the object on axes, by default those of a new figure; see :func:`gaitgraph.plots.plot`."""
         return later.plot(self, ax=ax)

@@ -642,7 +642,7 @@ def test_objects_draw_themselves_whole(name: str, ax: Axes) -> None:
         ]
     with pytest.raises(
         gg.InputError,
-        match="^only gaits, tables, plans, reports, regions and vehicles can be plotted, got 3",
+        match="^only gaits, tables, plans, reports, other answers, regions and vehicles can be plotted, got 3",
     ):
         plots.plot(3)  # type: ignore[arg-type]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import math
 import re
 import sys
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from PIL import Image
@@ -265,3 +267,44 @@ def test_reprs_of_answers_are_one_line() -> None:
     for start, answer in answers.items():
         assert re.fullmatch(re.escape(start) + ".*", repr(answer))
         assert len(repr(answer)) < 200
+
+
+ANSWERS: dict[str, Any] = {
+    "least period": lambda: gg.least_period(
+        gg.lift([(-0.4, 0.4), (-0.4, 1.2)], "red"), gg.Limits(rate=6, acceleration=90)
+    ),
+    "optimal gait": lambda: gg.optimal_gait(
+        [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)], radius=0.1
+    ),
+    "transition": lambda: gg.transition("hover", "gait4"),
+    "retargeted": lambda: gg.retarget("gait3", sign="positive"),
+    "robustness": lambda: gg.robustness_of("gait4", bias=0.8),
+}
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_every_answer_draws_itself_into_given_axes_and_in_a_notebook(name: str) -> None:
+    answer = ANSWERS[name]()
+    _, ax = plt.subplots()
+    assert answer.plot(ax=ax) is ax
+    assert ax.lines or ax.patches or ax.collections
+    plt.close("all")
+    html = answer._repr_html_()
+    assert html.count("<img") == 1
+    assert html.count("<strong>") == 1
+
+
+def test_a_flight_draws_its_attitude() -> None:
+    pytest.importorskip("mujoco")
+    flight = gg.flight.fly("gait4", settings=gg.flight.FlightSettings(duration=0.2))
+    ax = flight.plot()
+    assert [line.get_label() for line in ax.lines] == ["roll", "pitch", "yaw"]
+    plt.close("all")
+    assert type(flight).from_dict(json.loads(json.dumps(flight.as_dict()))) == flight
+
+
+def test_an_answer_without_a_gait_is_its_text() -> None:
+    refused = gg.transition("hover", "gait3")
+    with pytest.raises(gg.InputError, match="must have a gait to be plotted, got: No"):
+        refused.plot()
+    assert "<img" not in refused._repr_html_()

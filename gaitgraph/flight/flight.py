@@ -15,6 +15,7 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value
+from gaitgraph.pictured import Pictured
 from gaitgraph.texts import table_lines
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.vehicle import vehicle_named
@@ -360,7 +361,7 @@ _HELD_AT_LEAST = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Flight:
+class Flight(Pictured):
     """One flight; truthy when it settled.
 
     `attitude` is roll and pitch at the start [rad]. `rows` has a row for each control step, columns as in

@@ -30,9 +30,9 @@ from gaitgraph.graph.nodes import checked_waypoints
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import largest_least_singular_value
 from gaitgraph.optimization import least_effort
+from gaitgraph.pictured import Pictured
 from gaitgraph.planning.request import groups_of_repeats, merge_notes
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.records import Record
 from gaitgraph.surface.admissible import (
     admissible_region,
     singular_value_region,
@@ -90,7 +90,7 @@ _TEXTS = {  # name and unit of each objective
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class OptimalGait(Record):
+class OptimalGait(Pictured):
     """The answer to :func:`optimal_gait`: a smooth gait, or why there is none. Truthy if there is a gait.
 
     `waypoints`, shape (n, 2), and `radius`, shape (n,), are the discs [rad], repeated ones merged; the gait passes them
@@ -130,6 +130,10 @@ class OptimalGait(Record):
 
     def __bool__(self) -> bool:
         return self.curve is not None
+
+    @property
+    def _shown(self) -> Any:
+        return None if self.curve is None else self.timed()
 
     @property
     def status(self) -> str:

@@ -38,8 +38,8 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant
+from gaitgraph.pictured import Pictured
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.records import Record
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
 from gaitgraph.timing.timed_gait import table_of
@@ -75,7 +75,7 @@ _THINNED = 1e-4  # how far a row may lie beside the corners by which a smaller l
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Retargeted(Record):
+class Retargeted(Pictured):
     """The answer to :func:`retarget`: the nearest flyable gait, or why there is none. Truthy when there is one.
 
     `before` and `after` are the reports of the given and of the new gait; `reason` says why there is no gait, or why it
@@ -101,6 +101,10 @@ class Retargeted(Record):
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
+
+    @property
+    def _shown(self) -> Any:
+        return self.gait if self else None
 
     @property
     def status(self) -> Literal["unchanged", "retargeted", "infeasible"]:

@@ -24,10 +24,10 @@ from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_CHECKS, RATE_UNITS, Table
 from gaitgraph.io.formats import write_tables
+from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import Leg, shortest_path
 from gaitgraph.planning.branch import Branch
 from gaitgraph.planning.request import plan_request
-from gaitgraph.records import Record
 from gaitgraph.surface.sheets import home_in_words, red_label, separating_factor
 from gaitgraph.timing.joining import (
     HOVER,
@@ -74,7 +74,7 @@ _STATEMENT = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Transition(Record):
+class Transition(Pictured):
     """A path from one end to the other, or the reason why there is none. Truthy when there is one.
 
     `there_and_back` is the path, from its start to its end and back, as a gait. `reason` says why there is none, or why
@@ -100,6 +100,10 @@ class Transition(Record):
 
     def __bool__(self) -> bool:
         return self.there_and_back is not None
+
+    @property
+    def _shown(self) -> Any:
+        return self.timed if self else None
 
     @property
     def status(self) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import math
 import re
+from functools import singledispatch
 from html import escape
 from itertools import groupby
 from textwrap import fill, shorten
@@ -18,12 +19,14 @@ import shapely
 
 from gaitgraph.angles import HALF_PI, percent, whole_number
 from gaitgraph.errors import InputError, shown as shown_value
+from gaitgraph.flight.flight import Flight
 from gaitgraph.gait.gait import Gait, name_of
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, surface_of, tilt_angles
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.io.columns import checked_table
+from gaitgraph.pictured import Pictured
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
 from gaitgraph.plots.planes import FINE, draw_zeros_of_R
@@ -51,7 +54,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.planning.location import Location
 
-    Shown = Gait | TimedGait | Table | Plan | Report | Region | Vehicle
+    Shown = Pictured
 
 _DASHES: dict[str, Any] = {
     "blue": (0, (3, 1.2)),
@@ -490,35 +493,84 @@ def _picture(shown: Shown) -> tuple[str, str]:
 def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
     """Draw an object, with a legend where it has one and that is asked for, and return what the picture shows."""
     title = str(shown).partition("\n")[0]
-    if isinstance(shown, (Gait, Plan)):
-        title = _draw_loop(ax, shown)
-        if legend:
-            base.legend_below(ax, ncols=2)
-    elif isinstance(shown, TimedGait):
-        draw_angles(ax, shown.t, shown.alpha)
-        base.legend_below(ax, ncols=4)
-    elif isinstance(shown, Table):
-        table = checked_table(shown)
-        alpha = tilt_angles(table, surface_of(table)[1])
-        places = table["t"] if "t" in table else np.arange(1.0, len(alpha) + 1)
-        draw_angles(ax, places, alpha)
-        ax.set_xlabel("$t$ (s)" if "t" in shown else "row")
-        base.legend_below(ax, ncols=4)
-    elif isinstance(shown, Report):
-        _draw_checks(ax, shown)
-    elif isinstance(shown, Region):
-        _draw_region(ax, shown)
-    elif isinstance(shown, Vehicle):
-        seen = vehicle_view(np.zeros(4), shown, view=FROM_ABOVE)
-        low, high = seen.limits
-        ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-        ax.set_axis_off()
-        draw_vehicle(ax, seen)
-    else:
-        raise InputError(
-            f"only gaits, tables, plans, reports, regions and vehicles can be plotted, got {shown_value(shown)}"
-        )
+    if isinstance(shown, Pictured):
+        shown = shown._shown
+        if shown is None:
+            raise InputError(f"an answer must have a gait to be plotted, got: {title}")
+    return _drawn(shown, ax, legend) or title
+
+
+@singledispatch
+def _drawn(shown: Any, ax: Axes, legend: bool) -> str:
+    """Draw an object of one of the kinds below; return what the picture shows, "" for the object's first line."""
+    raise InputError(
+        "only gaits, tables, plans, reports, other answers, regions and vehicles can be plotted, got "
+        f"{shown_value(shown)}"
+    )
+
+
+@_drawn.register(Gait)
+@_drawn.register(Plan)
+def _(shown: Gait | Plan, ax: Axes, legend: bool) -> str:
+    title = _draw_loop(ax, shown)
+    if legend:
+        base.legend_below(ax, ncols=2)
     return title
+
+
+@_drawn.register(TimedGait)
+def _(shown: TimedGait, ax: Axes, legend: bool) -> str:
+    draw_angles(ax, shown.t, shown.alpha)
+    base.legend_below(ax, ncols=4)
+    return ""
+
+
+@_drawn.register(Table)
+def _(shown: Table, ax: Axes, legend: bool) -> str:
+    table = checked_table(shown)
+    alpha = tilt_angles(table, surface_of(table)[1])
+    places = table["t"] if "t" in table else np.arange(1.0, len(alpha) + 1)
+    draw_angles(ax, places, alpha)
+    ax.set_xlabel("$t$ (s)" if "t" in shown else "row")
+    base.legend_below(ax, ncols=4)
+    return ""
+
+
+@_drawn.register(Flight)
+def _(shown: Flight, ax: Axes, legend: bool) -> str:
+    for name in ("roll", "pitch", "yaw"):
+        ax.plot(shown.column("t"), np.degrees(shown.column(name)), label=name)
+    ax.set(xlabel="$t$ (s)", ylabel="attitude (°)")
+    base.legend_below(ax, ncols=3)
+    return ""
+
+
+@_drawn.register(Report)
+def _(shown: Report, ax: Axes, legend: bool) -> str:
+    _draw_checks(ax, shown)
+    return ""
+
+
+@_drawn.register(RobustnessReport)
+def _(shown: RobustnessReport, ax: Axes, legend: bool) -> str:
+    draw_robustness(ax, shown, "gait")
+    return ""
+
+
+@_drawn.register(Region)
+def _(shown: Region, ax: Axes, legend: bool) -> str:
+    _draw_region(ax, shown)
+    return ""
+
+
+@_drawn.register(Vehicle)
+def _(shown: Vehicle, ax: Axes, legend: bool) -> str:
+    seen = vehicle_view(np.zeros(4), shown, view=FROM_ABOVE)
+    low, high = seen.limits
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    ax.set_axis_off()
+    draw_vehicle(ax, seen)
+    return ""
 
 
 def _draw_region(

@@ -24,6 +24,7 @@ from gaitgraph.invertibility.tilt_margins import (
     least_tilt_margin,
     nearest_singular_attitude,
 )
+from gaitgraph.pictured import Pictured
 from gaitgraph.records import Record
 from gaitgraph.robustness.attitudes import (
     AcceptableAttitudes,
@@ -186,7 +187,7 @@ class Robustness(Record):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RobustnessReport(Record):
+class RobustnessReport(Pictured):
     """The robustness of a gait, and in `sweep` of its biased gaits, then of the scaled ones, in the given order."""
 
     gait: Robustness

@@ -20,7 +20,7 @@ from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_UNITS
-from gaitgraph.records import Record
+from gaitgraph.pictured import Pictured
 from gaitgraph.timing.curve import Curve, Rounding, rounded
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.limited_gait import LimitedGait
@@ -86,7 +86,7 @@ def origin_of(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LeastPeriod(Record):
+class LeastPeriod(Pictured):
     """The least period, or a law for a given period; falsy when there is none.
 
     The status is "ok", "too short" (the given period is below the least found), "no period" (a limit of zero on a
@@ -110,6 +110,10 @@ class LeastPeriod(Record):
 
     def __bool__(self) -> bool:
         return self.status == "ok"
+
+    @property
+    def _shown(self) -> Any:
+        return self.timed
 
     @property
     def period(self) -> float | None:
