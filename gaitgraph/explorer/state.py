@@ -18,7 +18,7 @@ from gaitgraph.errors import (
     shown,
 )
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest
-from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
+from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import (
     PAPER,
@@ -105,10 +105,7 @@ def state_of(content: Any) -> State:
             raise InputError(
                 f"{name} must be {allowed.allowed}, got {shown(values[name])}"
             )
-    eta = float(values.pop("eta"))
-    samples = checked_clock(
-        values["period"], values["law"], samples=values.pop("samples")
-    )
+    samples, eta = values.pop("samples"), float(values.pop("eta"))
     request = PlanRequest(**values | {"vehicle": vehicle})
     return State(request=request, samples=samples, eta=eta)
 
