@@ -6,7 +6,7 @@ A course repeats a gait (:func:`repeated`), or leads from hover into a gait, aro
 from __future__ import annotations
 
 import math
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,26 +53,17 @@ def arm_response(
     (:func:`servo_response`) passes through it to the arm. `rate` is of the tilt axis, which a servo whose own rate is
     that over the linkage's smallest slope reaches everywhere.
     """
-    if (
-        vehicle.linkage is None
-        and not isinstance(lag, tuple)
-        and not isinstance(rate, tuple)
-    ):
-        return servo_response(command, step, lag=lag, rate=rate)
     arms = []
-    for angles, linkage, one, most in zip(
+    for angles, linkage, arm_lag, arm_rate in zip(
         command.T, vehicle.linkages, four_of(lag), four_of(rate), strict=True
     ):
-        if linkage is None:
-            arms.append(servo_response(angles[:, None], step, lag=one, rate=most))
-            continue
-        slowest = min(abs((b - d) / (a - c)) for (a, b), (c, d) in pairwise(linkage))
-        servo = linked(linkage, angles, to_servo=True)[0][:, None]
-        arms.append(
-            linked(linkage, servo_response(servo, step, lag=one, rate=most / slowest))[
-                0
-            ]
-        )
+        servo, servo_rate = angles, arm_rate
+        if linkage is not None:
+            servo, _ = linked(linkage, angles, to_servo=True)
+            slopes = [(b - d) / (a - c) for (a, b), (c, d) in pairwise(linkage)]
+            servo_rate = arm_rate / min(map(abs, slopes))
+        servo = servo_response(servo[:, None], step, lag=arm_lag, rate=servo_rate)
+        arms.append(servo if linkage is None else linked(linkage, servo)[0])
     return np.hstack(arms)
 
 
@@ -98,20 +89,15 @@ def servo_response(
             [1.0], [1.0, -keep], slope * np.diff(command, axis=0), axis=0
         )
     most = rate * step
-    if not np.any(np.abs(np.diff(angles, axis=0)) > most):
+    if not (np.abs(np.diff(angles, axis=0)) > most).any():
         return angles
-
-    def following(angle: float, commands: tuple[float, float]) -> float:
-        before, target = commands
-        unlimited = target - slope * (target - before) + keep * (angle - before)
-        return angle + min(max(unlimited - angle, -most), most)
-
-    return np.array(
-        [
-            [*accumulate(pairwise(one), following, initial=one[0])]
-            for one in command.T.tolist()
-        ]
-    ).T
+    for servo, commands in zip(angles.T, command.T.tolist(), strict=True):
+        angle = commands[0]
+        for k, (before, target) in enumerate(pairwise(commands), start=1):
+            unlimited = target - slope * (target - before) + keep * (angle - before)
+            angle += min(max(unlimited - angle, -most), most)
+            servo[k] = angle
+    return angles
 
 
 def from_hover(

@@ -245,11 +245,10 @@ def quaternions(
     roll: npt.ArrayLike, pitch: npt.ArrayLike, yaw: npt.ArrayLike = 0.0
 ) -> FloatArray:
     """Return the unit quaternions (w, x, y, z) of z–y–x Euler angles [rad], along the last axis."""
-    halves = np.stack(np.broadcast_arrays(roll, pitch, yaw)) / 2.0
-    (cr, cp, cy), (sr, sp, sy) = np.cos(halves), np.sin(halves)
-    w, x = cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy
-    y, z = cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
-    return np.stack([w, x, y, z], axis=-1)
+    from scipy.spatial.transform import Rotation
+
+    angles = np.stack(np.broadcast_arrays(yaw, pitch, roll), axis=-1)
+    return np.roll(Rotation.from_euler("ZYX", angles).as_quat(), 1, axis=-1)
 
 
 def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:

@@ -301,26 +301,24 @@ def reference_at(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return wanted places [m], velocities [m/s], accelerations [m/s²] at times of shape (n,), each of shape (n, 3)."""
     t = np.asarray(t, dtype=float)
-    kind, size, lap = settings.reference, settings.size, settings.lap
-    place, velocity, acceleration = (np.zeros((len(t), 3)) for _ in range(3))
-    share, first, second = LAWS["smooth"].motion(np.clip(t / lap, 0.0, 1.0))
-    first, second = first / lap, second / lap**2
-    if kind == "step":
-        place[:, 0] = size
-    elif kind == "line":
-        place[:, 0], velocity[:, 0], acceleration[:, 0] = (
-            size * share,
-            size * first,
-            size * second,
-        )
-    elif kind == "circle":
-        angle, turn, faster = (2 * math.pi * one for one in (share, first, second))
+    zero, one = np.zeros(len(t)), np.ones(len(t))
+    share, rate, acceleration = LAWS["smooth"].motion(np.clip(t / settings.lap, 0, 1))
+    rate, acceleration = rate / settings.lap, acceleration / settings.lap**2
+    x, y = (zero, zero, zero), (zero, zero, zero)
+    if settings.reference == "step":
+        x = (one, zero, zero)
+    elif settings.reference == "line":
+        x = (share, rate, acceleration)
+    elif settings.reference == "circle":
+        angle, turn, faster = math.tau * share, math.tau * rate, math.tau * acceleration
         sine, cosine = np.sin(angle), np.cos(angle)
-        place[:, 0], place[:, 1] = size * (1 - cosine), size * sine
-        velocity[:, 0], velocity[:, 1] = size * turn * sine, size * turn * cosine
-        acceleration[:, 0] = size * (faster * sine + turn**2 * cosine)
-        acceleration[:, 1] = size * (faster * cosine - turn**2 * sine)
-    return place, velocity, acceleration
+        x = (1.0 - cosine, turn * sine, faster * sine + turn**2 * cosine)
+        y = (sine, turn * cosine, faster * cosine - turn**2 * sine)
+    place, velocity, change = (
+        settings.size * np.stack([ahead, left, zero], axis=-1)
+        for ahead, left in zip(x, y, strict=True)
+    )
+    return place, velocity, change
 
 
 COLUMNS = (
@@ -355,6 +353,10 @@ OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 """
 
 _AT = {name: k for k, name in enumerate(COLUMNS)}
+_IN_WORDS = {
+    "roll": "roll (rad)", "pitch": "pitch (rad)", "yaw": "yaw (rad)",
+    "x": "x (m)", "y": "y (m)", "z": "altitude (m)",
+}  # fmt: skip
 _HELD_AT_LEAST = (
     0.2  # s within tolerance at the end, or a tenth of the flight if that is less
 )
@@ -416,12 +418,6 @@ class Flight(Pictured):
     def column(self, name: str) -> FloatArray:
         """Return one of :data:`COLUMNS`, shape (n,)."""
         return self.rows[:, _AT[name]]
-
-    def error(self, name: str) -> FloatArray:
-        """Return the difference of a column and what is wanted of it, zero for yaw, shape (n,)."""
-        if name == "yaw":
-            return self.column(name)
-        return np.asarray(self.column(name) - self.column(f"{name}_wanted"))
 
     @property
     def alpha(self) -> FloatArray:
@@ -495,7 +491,7 @@ class Flight(Pictured):
         """The largest distance from the reference [m]; None where x and y are not held."""
         if not len(self.rows) or self.settings.reference == "attitude":
             return None
-        errors = [self.error(name) for name in "xyz"]
+        errors = [error_of(self.rows, name) for name in "xyz"]
         return float(np.linalg.norm(errors, axis=0).max())
 
     @property
@@ -510,7 +506,7 @@ class Flight(Pictured):
         if not runs.any():
             return None
         roll, pitch, yaw, altitude = (
-            float(np.abs(self.error(name)[runs]).max())
+            float(np.abs(error_of(self.rows, name)[runs]).max())
             for name in ("roll", "pitch", "yaw", "z")
         )
         return {"attitude": max(roll, pitch), "yaw": yaw, "altitude": altitude}
@@ -645,26 +641,21 @@ def settled_since(
     """Return the time after which all errors stayed within tolerance [s], or None and the worst error at the end."""
     if not len(rows):
         return None, "nothing was flown"
-    errors = {
-        "altitude (m)": rows[:, _AT["z"]] - rows[:, _AT["z_wanted"]],
-        "yaw (rad)": rows[:, _AT["yaw"]],
-    }
-    if settings.reference == "attitude":
-        errors = {
-            f"{name} (rad)": rows[:, _AT[name]] for name in ("roll", "pitch")
-        } | errors
-    else:
-        errors = {
-            f"{name} (m)": rows[:, _AT[name]] - rows[:, _AT[f"{name}_wanted"]]
-            for name in "xy"
-        } | errors
-    outside = np.any(
-        [np.abs(error) > settings.tolerance for error in errors.values()], axis=0
-    )
-    last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
-    t = rows[:, 0]
-    if last < len(rows) and t[-1] - t[last] >= settings.held - 1e-9:
-        return float(t[last]), ""
-    tail = t >= t[-1] - settings.held
-    worst = max(errors, key=lambda name: float(np.abs(errors[name][tail]).max()))
-    return None, f"{worst} is still off by {np.abs(errors[worst][tail]).max():.3g}"
+    held = ("roll", "pitch") if settings.reference == "attitude" else ("x", "y")
+    names = (*held, "z", "yaw")
+    errors = np.abs([error_of(rows, name) for name in names])
+    outside = np.flatnonzero((errors > settings.tolerance).any(axis=0))
+    since = int(outside[-1]) + 1 if len(outside) else 0
+    t = rows[:, _AT["t"]]
+    if since < len(rows) and t[-1] - t[since] >= settings.held - 1e-9:
+        return float(t[since]), ""
+    last = errors[:, t >= t[-1] - settings.held].max(axis=1)
+    worst = int(last.argmax())
+    return None, f"{_IN_WORDS[names[worst]]} is still off by {last[worst]:.3g}"
+
+
+def error_of(rows: FloatArray, name: str) -> FloatArray:
+    """Return the difference of a column of a flight and what is wanted of it, zero for yaw, shape (n,)."""
+    value = rows[:, _AT[name]]
+    wanted = _AT.get(f"{name}_wanted")
+    return value if wanted is None else np.asarray(value - rows[:, wanted])

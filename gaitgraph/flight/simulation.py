@@ -258,7 +258,8 @@ class Simulation:
         command_of = controller_of(settings, vehicle)
         torque_of = gyroscopic_of(vehicle)
         model, data, mj_step = engine.model, engine.data, engine.mujoco.mj_step
-        lags, gusts, (low, high) = engine.lags, self._gusts, self._limits
+        lags, gusts, floor = engine.lags, self._gusts, self._floor
+        low, high = self._limits
         set_inputs, control = Struct("8d").pack_into, data.ctrl  # faster than an array
         log = array("d")  # faster than lists of numbers
         roll, pitch = attitude
@@ -271,7 +272,7 @@ class Simulation:
                 measured = motion if errors is None else with_errors(motion, errors)
                 command = command_of(measured, allocation, wanted)
                 conditions = in_flight(
-                    data.time, motion, measured, command, sign, self._floor
+                    data.time, motion, measured, command, sign, floor
                 )
                 if not all(conditions):
                     failure = self._failure(conditions.index(False), k, command)
@@ -354,10 +355,10 @@ class Simulation:
 
     def _known(self) -> Iterator[tuple[Step, Wanted, list[float] | None]]:
         """Yield what the controller knows before the flight, and the errors of its sensors, at each control step."""
-        steps = zip(*self._allocation, strict=True)
-        allocation = (
-            (lifts.tolist(), thrusts.tolist(), squared)
-            for lifts, thrusts, squared in steps
+        lifts, thrusts, squared = self._allocation
+        to_lists = np.ndarray.tolist  # much faster than small arrays
+        allocation: Iterator[Any] = zip(
+            map(to_lists, lifts), map(to_lists, thrusts), squared.tolist(), strict=True
         )
         wanted: Iterator[Wanted] = repeat(LEVEL)
         if self.settings.reference != "attitude":

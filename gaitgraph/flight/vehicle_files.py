@@ -467,11 +467,8 @@ def _four_arms(
         constants["max_tilt"] = _one_or_four(high)
         if np.abs(low + high).max() > 1e-9:
             constants["min_tilt"] = _one_or_four(low)
-    stated = [rate for rate in rates if rate is not None]
-    if len(stated) == 4:
-        constants["max_tilt_rate"] = _one_or_four(np.array(stated)[order])
-    elif stated:
-        constants["max_tilt_rate"] = min(stated)
+    if None not in rates:
+        constants["max_tilt_rate"] = _one_or_four(np.array(rates)[order])
     return constants, notes
 
 
