@@ -213,7 +213,8 @@ class Fleet:
 
     def keep(self, going: npt.NDArray[np.bool_]) -> None:
         """Go on with some of the flights."""
-        self._rows = self._rows[going]
+        if not going.all():
+            self._rows = self._rows[going]
 
     def advance(
         self, thrusts: FloatArray, hinges: FloatArray, torque: Any = None

@@ -30,7 +30,7 @@ AIMS = {
     "least period of a square loop under rate and acceleration limits against toppra": "at most 1",
     "a click in the explorer, server side, against plan_loop alone": "ours at most 20 ms",
     "a study of 200 flights on two workers against one": "at most 1/1.6",
-    "one second of flight at 1 kHz against mujoco alone": "at most 4",
+    "one second of flight at 1 kHz against mujoco alone": "at most 5",
     "a basin of 17 x 17 attitudes against fly from each for the whole duration": "at most 1/5",
 }
 

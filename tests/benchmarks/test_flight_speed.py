@@ -55,7 +55,7 @@ def basins() -> list[Any]:
 @pytest.mark.benchmark(group=BASIN)
 def test_a_basin_ours(benchmark: Any, basins: list[Any]) -> None:
     basins += benchmark.pedantic(
-        basins_of, args=(RED,), kwargs={"biases": [1.0]}, rounds=5, warmup_rounds=1
+        basins_of, args=(RED,), kwargs={"bias": 1.0}, rounds=5, warmup_rounds=1
     )
     assert basins[0].outcome.shape == (1, 17, 17)
 
