@@ -122,17 +122,15 @@ class FlightSettings:
 
     def __post_init__(self) -> None:
         for one in fields(self):
-            low, high, unit = one.metadata.get("range", (0.0, 0.0, ""))
             value = getattr(self, one.name)
-            if (
-                unit
-                and not (value is None and one.default is None)
-                and not low <= number_of(value) <= high
-            ):
-                raise InputError(
-                    f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}",
-                    field=one.name,
-                )
+            is_default = value is None and one.default is None
+            if "range" in one.metadata and not is_default:
+                low, high, unit = one.metadata["range"]
+                if not low <= number_of(value) <= high:
+                    raise InputError(
+                        f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}",
+                        field=one.name,
+                    )
         checked_choice("reference", self.reference, REFERENCES)
         if self.arms is not None:
             checked_choice("arms", self.arms, get_args(Arms))
@@ -142,16 +140,20 @@ class FlightSettings:
                 field="saturation",
             )
         whole_number("seed", self.seed, 0, (1 << 64) - 1)
-        wind = (
-            self.wind
-            if isinstance(self.wind, tuple) and len(self.wind) == 3
-            else (math.nan,)
-        )
-        if not all(abs(number_of(part)) <= 100.0 for part in wind):
+        self._check_wind()
+        self._check_servo_errors()
+        self._check_rate()
+        self._check_gains()
+
+    def _check_wind(self) -> None:
+        wind = self.wind if isinstance(self.wind, tuple) else ()
+        if len(wind) != 3 or not all(abs(number_of(part)) <= 100.0 for part in wind):
             raise InputError(
                 f"wind must be two or three numbers from -100 to 100 (m/s), got {shown(self.wind)}",
                 field="wind",
             )
+
+    def _check_servo_errors(self) -> None:
         errors = self.servo_errors
         is_four = isinstance(errors, tuple) and len(errors) == 4
         if not is_four or not all(abs(number_of(error)) <= HALF_PI for error in errors):
@@ -159,17 +161,17 @@ class FlightSettings:
                 f"servo_errors must be four angles from -π/2 to π/2 (rad), got {shown(errors)}",
                 field="servo_errors",
             )
-        between = 1.0 / (self.control_rate * self.step)
-        if (
-            between < 1.0 - _SAMPLING
-            or abs(between - round(between)) > _SAMPLING * between
-        ):
+
+    def _check_rate(self) -> None:
+        """Raise InputError if a control step is not a whole number of steps of the engine."""
+        steps = 1.0 / (self.control_rate * self.step)
+        if steps < 1.0 - _SAMPLING or abs(steps - round(steps)) > _SAMPLING * steps:
+            fitting = 1.0 / (self.control_rate * math.ceil(steps))
             raise InputError(
                 f"control_rate must be {1 / self.step:g} Hz divided by a whole number, for steps of {self.step:g} s, "
-                f"got {self.control_rate:g} Hz; with step {1 / (self.control_rate * math.ceil(between)):.9g} it fits",
+                f"got {self.control_rate:g} Hz; with step {fitting:.9g} it fits",
                 field="control_rate",
             )
-        self._check_gains()
 
     @property
     def seconds(self) -> float:
@@ -217,17 +219,15 @@ class FlightSettings:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the settings as plain values; :func:`settings_from_mapping` reads them back."""
-        stated = {
-            one: getattr(self, one.name)
-            for one in fields(self)
-            if getattr(self, one.name) is not None
-        }
-        values = {
-            one.name: float(value) if "range" in one.metadata else value
-            for one, value in stated.items()
-        }
-        for name in ("servo_errors", "wind"):
-            values[name] = [float(part) for part in getattr(self, name)]
+        values: dict[str, Any] = {}
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if "range" in one.metadata and value is not None:
+                value = float(value)
+            elif one.name in ("servo_errors", "wind"):
+                value = [float(part) for part in value]
+            if value is not None:
+                values[one.name] = value
         return values
 
     def _check_gains(self) -> None:

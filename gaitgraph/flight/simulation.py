@@ -211,7 +211,7 @@ class Simulation:
         assumed = served if is_known else self.command
         self._allocation = allocation_of(assumed[::every], vehicle)
         self._wanted = self._references(ahead)
-        limit = settings.thrust_limit or vehicle.max_thrust or _LARGEST
+        limit = min(settings.thrust_limit or vehicle.max_thrust or _LARGEST, _LARGEST)
         self._floor = max(settings.floor, _LEAST_FLOOR)
         self._reach = 1.0
         if vehicle.rotor_lag is not None:
@@ -241,9 +241,7 @@ class Simulation:
         reached = np.ptp(np.clip(self.actual[runs], low, high), axis=0)
         planned = high - low
         share = np.where(planned > _STILL, reached / np.maximum(planned, _STILL), 1.0)
-        worst = int(
-            np.argmin(share.round(6))
-        )  # the first of those that differ by rounding alone
+        worst = int(np.argmin(share.round(6)))  # the first of those that are alike
         if share[worst] >= _ENOUGH:
             return ()
         return (
