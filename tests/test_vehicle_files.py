@@ -92,10 +92,7 @@ def test_urdf_gives_the_preset_that_was_derived_from_the_same_numbers(run: Any) 
     Path("quad.urdf").write_text(urdf())
     found, preset = run("vehicles", "--from", "quad.urdf"), vehicle_named("gimbalrotor")
     assert found.code == 1
-    assert (
-        "the file does not state drag_to_thrust, first_rotor_spin, max_thrust"
-        in found.err
-    )
+    assert "the file does not state drag_to_thrust, spins, max_thrust" in found.err
     stated = tomllib.loads(found.out)
     assert {"mass", "inertia", "max_tilt", "max_tilt_rate", "arm_inertia"} <= {*stated}
     assert stated.pop("name") == "quad"
@@ -292,8 +289,6 @@ NOT_FITTING = {
         {**QUAD, (0.3, 0): 0.05, (-0.3, 0): -0.05}, [135, 315, 45, 225]
     ),
     "not every rotor tilts": parameters(QUAD, [135, 315]),
-    "do not tilt about their own arms": parameters(QUAD, [0, 0, 0, 0]),
-    "do not turn alternately": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR2_KM=0.05),
 }
 
 
@@ -316,8 +311,16 @@ def test_where_the_method_does_not_fit_the_geometry_is_printed(
     assert run("plan", "--waypoint", "0,0", "--vehicle", "x.toml").code == 2
 
 
-@pytest.mark.parametrize("is_symmetric", [True, False])
-def test_any_frame_is_stated_by_its_places(run: Any, is_symmetric: bool) -> None:
+FRAMES: dict[str, dict[str, float]] = {
+    "symmetric": {},
+    "a height and a drag": {"CA_ROTOR2_PZ": 0.1, "CA_ROTOR2_KM": -0.03},
+    "spins": {"CA_ROTOR2_KM": 0.06},
+    "a tilt axis": {"CA_SV_TL0_TD": 40},
+}
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_any_frame_is_stated_by_its_places(run: Any, name: str) -> None:
     places = {
         (0.2, 0.1): 0.05,
         (-0.2, -0.1): 0.05,
@@ -327,13 +330,14 @@ def test_any_frame_is_stated_by_its_places(run: Any, is_symmetric: bool) -> None
     # The servos tilt about the lines from the centre, which are not diagonals of a square.
     ahead = math.degrees(math.atan2(0.1, 0.2))
     toward = [90 + ahead, 270 + ahead, 90 - ahead, 270 - ahead]
-    more = {} if is_symmetric else {"CA_ROTOR2_PZ": 0.1, "CA_ROTOR2_KM": -0.03}
-    Path("x.params").write_text(parameters(places, toward, **more))
+    Path("x.params").write_text(parameters(places, toward, **FRAMES[name]))
     found = run("vehicles", "--from", "x.params")
     assert found.code == 0, found.out
     Path("x.toml").write_text(found.out)
     vehicle = vehicle_named("x.toml")
-    assert (vehicle.asymmetry is None) == is_symmetric
+    assert (vehicle.asymmetry is None) == (name == "symmetric")
+    assert (vehicle.spins is not None) == (name == "spins")
+    assert vehicle.has_own_axes == (name == "a tilt axis")
     positions = np.array(vehicle.rotor_positions)
     assert sorted(map(tuple, positions[:, :2])) == sorted((x, -y) for x, y in places)
     theirs = read_description("x.params").geometry

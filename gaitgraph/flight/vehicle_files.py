@@ -1,8 +1,8 @@
 """Vehicles as others describe them: URDF and MJCF, through the physics engine, and parameters of PX4.
 
 Each file is read as rotors of any geometry (:mod:`gaitgraph.invertibility.geometry`) and then, where they are four that
-tilt about the lines from the centre of mass to them, as the constants of a vehicle that the paper's method fits. Body
-axes of URDF and MJCF are taken as x forward, y left, z up, as in ROS; those of PX4 are x forward, y right, z down.
+tilt, as the constants of a vehicle, with the places and spins that the file states, and axes unless they are those of
+tilting arms. Body axes of URDF and MJCF are taken as x forward, y left, z up, as in ROS; those of PX4 are x forward, y right, z down.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.forms import FloatArray
 
-_NEEDED = ("drag_to_thrust", "first_rotor_spin", "mass", "inertia")
+_NEEDED = ("drag_to_thrust", "spins", "mass", "inertia")
 _LIMITS = ("max_tilt", "max_tilt_rate", "max_thrust", "servo_lag", "rotor_lag")
-_UNITS = {**UNITS, "first_rotor_spin": '"clockwise" or "counterclockwise"'}
-_ALIKE = 0.02  # rad by which axes may differ from those of the method
+_UNITS = {**UNITS, "spins": 'four of "clockwise" and "counterclockwise"'}
+_ALIKE = 0.02  # rad by which the axes of tilting arms may differ from their own
 _DIGITS = 6  # of a place in metres, more than frames are built to
 _BESIDE = 1e-3  # m
 _PX4 = re.compile(r"^[^#\n]*?\b(CA_(?:ROTOR|SV_TL)\w+)[ \t]*(\S*)", re.MULTILINE)
@@ -406,28 +406,11 @@ class _Model:
 def _misfits(rotors: list[dict[str, Any]]) -> list[str]:
     """Return why the paper's method does not fit rotors."""
     reasons = []
-    thrusts = np.array([rotor.get("thrust_axis", _UP) for rotor in rotors])
-    ratios = [rotor.get("moment_ratio") for rotor in rotors]
     if len(rotors) != 4:
         reasons.append(f"it has {len(rotors)} rotors, not four")
     if not all("tilt_axis" in rotor for rotor in rotors):
         reasons.append("not every rotor tilts")
-    elif any(_turn_to_arm(rotor) > _ALIKE for rotor in rotors):
-        reasons.append("its rotors do not tilt about their own arms")
-    if (thrusts[:, 2] < 1.0 - _ALIKE).any():
-        reasons.append("not every rotor pushes straight up at α = 0")
-    if len(rotors) == 4 and None not in ratios:
-        signs = np.sign(ratios)[_order(rotors)]  # type: ignore[arg-type]
-        if signs.tolist() not in ([1, -1, 1, -1], [-1, 1, -1, 1]):
-            reasons.append("its rotors do not turn alternately")
     return [f"The paper's method does not fit: {reason}." for reason in reasons]
-
-
-def _turn_to_arm(rotor: dict[str, Any]) -> float:
-    """Return the sine of the angle between a tilt axis and the horizontal line from the centre of mass."""
-    axis, (x, y, _) = np.array(rotor["tilt_axis"]), rotor["position"]
-    across = np.cross(axis / np.linalg.norm(axis), [x, y, 0.0])
-    return float(np.linalg.norm(across) / max(math.hypot(x, y), 1e-9))
 
 
 def _order(rotors: list[dict[str, Any]]) -> list[int]:
@@ -452,11 +435,22 @@ def _four_arms(
     if all("moment_ratio" in arm for arm in arms):
         ratios = np.array([arm["moment_ratio"] for arm in arms])
         constants["drag_to_thrust"] = _one_or_four(np.abs(ratios))
-        spins = {True: "counterclockwise", False: "clockwise"}
-        constants["first_rotor_spin"] = spins[bool(ratios[0] > 0)]
-    inward = [np.dot(arm["tilt_axis"], arm["position"]) < 0 for arm in arms]
-    if any(inward):
-        which = ", ".join(str(k + 1) for k in sorted(np.array(order)[inward].tolist()))
+        constants["spins"] = [
+            "counterclockwise" if ratio > 0 else "clockwise" for ratio in ratios
+        ]
+    outward = np.array([arm["position"] for arm in arms]) * [1.0, 1.0, 0.0]
+    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
+    axes = np.array([arm["tilt_axis"] for arm in arms])
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    inward = np.sum(axes * outward, axis=1) < -1e-9
+    axes[inward] *= -1.0
+    if np.abs(axes - outward).max() > _ALIKE:
+        constants["tilt_axes"] = axes
+    thrusts = np.array([arm.get("thrust_axis", _UP) for arm in arms])
+    if np.abs(thrusts - _UP).max() > _ALIKE:
+        constants["thrust_axes"] = thrusts
+    if inward.any():
+        which = ", ".join(map(str, sorted(np.array(order)[inward] + 1)))
         notes.append(
             f"tilt axes of rotors {which} of the file point inward: their angles have the other sign there"
         )
