@@ -61,6 +61,7 @@ from gaitgraph.invertibility.matrices import (
     tilt_angles,
 )
 from gaitgraph.surface.blocks import roll_block, yaw_block
+from gaitgraph.surface.curved import curved_sheet
 from gaitgraph.tolerances import (
     DEFAULT_CROSSING_TOLERANCE,
     ROUND_OFF,
@@ -377,9 +378,8 @@ def curved_roots(
     """Return both roots of every vehicle in closed form, shape (..., 4) [rad]: the invertible one, and the singular one.
 
     At the singular root all four moments lie in one plane, so R = 0; it is blue without rotor heights. The moments of
-    rotors 1 and 2 span that plane, with the normal n, and those of the others lie in it where n·T₃u₃ = n·T₄u₄ = 0. At
-    the invertible root, red for symmetric vehicles, u₄ is the other one with det(Au₄, Bu₄) = u₄ᵀSu₄ = 0, where Rφ and Rθ
-    are u₃ᵀAu₄ and u₃ᵀBu₄ (docs/theory.md, Theorem 4).
+    rotors 1 and 2 span that plane, with the normal n, and those of the others lie in it where n·T₃u₃ = n·T₄u₄ = 0. The
+    invertible root, red for symmetric vehicles, is that of :mod:`gaitgraph.surface.curved` (docs/theory.md, Theorem 4).
     """
     first, second = np.broadcast_arrays(alpha1, alpha2)
     level = level_of(coefficients.rotors)
@@ -389,25 +389,9 @@ def curved_roots(
     opposite = wrapped(np.arctan2(-parts[..., 0], parts[..., 1]))
     singular = np.concatenate([np.stack([first, second], axis=-1), opposite], axis=-1)
 
-    table = level.direction.table[..., :2]
-    A, B = np.moveaxis(np.einsum("abcdq,...a,...b->...qcd", table, u1, u2), -3, 0)
-    S = (_turned(A.mT) @ B).mT
-    S = (S + S.mT) / 2
-    x = np.stack([-np.sin(opposite[..., 1]), np.cos(opposite[..., 1])], axis=-1)
-    Sx = (S @ x[..., None])[..., 0]
-    u4 = _turned(2 * Sx - (x * Sx).sum(axis=-1, keepdims=True) * x)
-    of_A, of_B = ((one @ u4[..., None])[..., 0] for one in (A, B))
-    larger = np.linalg.norm(of_A, axis=-1) >= np.linalg.norm(of_B, axis=-1)
-    u3 = _turned(np.where(larger[..., None], of_A, of_B))
-    angles = np.arctan2([u3[..., 1], u4[..., 1]], [u3[..., 0], u4[..., 0]])
     invertible = singular.copy()
-    invertible[..., 2:] = np.moveaxis(wrapped(angles), 0, -1)
+    invertible[..., 2:] = curved_sheet(coefficients.rotors).angles(first, second)
     return invertible, singular
-
-
-def _turned(vectors: FloatArray) -> FloatArray:
-    """Return vectors of two components, the last axis, turned by π/2."""
-    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
 
 
 def root_arrays(

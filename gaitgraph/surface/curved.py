@@ -1,0 +1,291 @@
+r"""The one sheet on which any four tilting rotors can fly, in closed form (docs/theory.md, 24).
+
+Let Wᵢ·uᵢ be the wrench of rotor i, moment and force per thrust, with uᵢ = (cos αᵢ, sin αᵢ). Cramer's rule for the six
+columns W1·u1, W2·u2, W3 and W4, in the five rows without the vertical force, gives four thrusts whose moments and
+horizontal forces cancel: g(u2), h(u1), and the lengths of U3(u1, u2) and U4(u1, u2), where α3 and α4 are the directions of
+U3 and U4. Their vertical force is ρ(u1, u2). U3, U4 and ρ are linear in u1 and in u2, so that the sheet, its
+derivatives, its hover thrusts and its borders are rational.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import angles_from, wrapped
+from gaitgraph.arrays import freeze_arrays
+from gaitgraph.errors import InputError
+from gaitgraph.invertibility.forms import level_of
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.forms import FloatArray, Rotors
+
+CHORD_DEVIATION = 1e-3
+"""By how much chords between rows may be off the sheet [rad]."""
+_ROOM = 1e-9  # share by which bounds are widened for rounding
+_PIECES = 16  # of a segment, in bounds along it
+_MOST_HALVINGS = 24
+
+
+class CurveBounds(NamedTuple):
+    """What |dα/ds| and |d²α/ds²| of α3 and α4 do not exceed along segments, shape (m, 2) [rad]; infinite near a fibre."""
+
+    rates: FloatArray
+    bends: FloatArray
+
+
+class LiftedRows(NamedTuple):
+    """Points of the sheet above a polyline, shape (n, 4), and how far the chords between them are from it at most [rad]."""
+
+    alpha: FloatArray
+    deviation: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CurvedSheet:
+    """The sheet of level flight of any four rotors over the (α1, α2) plane; tables of forms in u1 and u2.
+
+    Parameters
+    ----------
+    opposite
+        U3 and U4, shape (2, 2, 2, 2): of u1, of u2, the rotor, the component.
+    inputs
+        g as a form in u2 and h as one in u1, shape (2, 2).
+    lift
+        ρ, shape (2, 2).
+    contact
+        λ, of degree two in u1 and in u2, shape (2, 2, 2, 2): of u1, u2, u1, u2. Where it is zero the sheet meets the
+        singular one, and all moments lie in a plane.
+    waves
+        The amplitudes of the waves of α1 + α2 and of α1 − α2 of which U3, and U4, are the sum, shape (2, 2).
+    """
+
+    opposite: FloatArray
+    inputs: FloatArray
+    lift: FloatArray
+    contact: FloatArray
+    waves: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    def angles(self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike) -> FloatArray:
+        """Return α3 and α4 in [−π/2, π/2], shape (..., 2) [rad]."""
+        directions = self._directions(alpha1, alpha2)
+        angles = np.arctan2(directions[..., 1], directions[..., 0])
+        return np.asarray(wrapped(angles))
+
+    def slopes(self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike) -> FloatArray:
+        """Return the derivatives of α3 and α4 (rows) with respect to α1 and α2 (columns), shape (..., 2, 2)."""
+        U = self._directions(alpha1, alpha2)[..., None, :]
+        turned = self._turned(alpha1, alpha2)
+        return np.asarray(_across(U, turned) / np.sum(U * U, axis=-1))
+
+    def second_derivatives(
+        self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike
+    ) -> FloatArray:
+        """Return the second derivatives of α3 and α4 with respect to α1 and α2, shape (..., 2, 2, 2) [1/rad]."""
+        U = self._directions(alpha1, alpha2)
+        first = self._turned(alpha1, alpha2)
+        quarter = np.add(alpha1, math.pi / 2)
+        mixed = self._directions(quarter, np.add(alpha2, math.pi / 2))
+        second = np.stack([np.stack([-U, mixed], -2), np.stack([mixed, -U], -2)], -3)
+        size = np.sum(U * U, axis=-1)[..., None, None]
+        U = U[..., None, None, :]
+        by_row, by_column = first[..., :, None, :], first[..., None, :, :]
+        slope = _across(U, by_row) / size
+        bend = _across(by_column, by_row) + _across(U, second)
+        return np.asarray((bend - 2 * slope * np.sum(U * by_column, axis=-1)) / size)
+
+    def hover_thrusts(self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike) -> FloatArray:
+        """Return the hover thrusts at :meth:`angles`, in units of m·g, shape (..., 4); not finite where ρ = 0."""
+        u1, u2 = _directions_of(alpha1), _directions_of(alpha2)
+        directions = self._directions(alpha1, alpha2)
+        # An angle that is wrapped by π has the opposite thrust.
+        sign = np.where(directions[..., 0] < 0, -1.0, 1.0)
+        sizes = sign * np.linalg.norm(directions, axis=-1)
+        own = np.broadcast_arrays(u2 @ self.inputs[0], u1 @ self.inputs[1])
+        inputs = np.concatenate([np.stack(own, axis=-1), sizes], axis=-1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(inputs / _bilinear(self.lift, u1, u2)[..., None])
+
+    def tilt_border(self, rotor: int, tilt: float) -> FloatArray:
+        """Return the form in u1 and u2 that is zero where rotor 3 or 4 is at a tilt [rad], modulo π, shape (2, 2)."""
+        table = self.opposite[:, :, rotor - 3]
+        return np.asarray(
+            math.cos(tilt) * table[..., 1] - math.sin(tilt) * table[..., 0]
+        )
+
+    def contacts(self, alpha1: npt.ArrayLike) -> FloatArray:
+        """Return the α2 where the sheet meets the singular one, in (−π/2, π/2], shape (..., 2) [rad]; NaN without."""
+        u1 = _directions_of(alpha1)
+        forms = np.einsum("abcd,...a,...c->...bd", self.contact, u1, u1)
+        square, linear = forms[..., 1, 1], forms[..., 0, 1] + forms[..., 1, 0]
+        discriminant = linear**2 - 4 * square * forms[..., 0, 0]
+        root = np.sqrt(np.maximum(discriminant, 0.0))
+        # Both zeros of a + b·t + c·t², t = tan α2, with the sum that does not cancel.
+        sum_of_both = -(linear + np.where(linear < 0, -root, root)) / 2
+        first = np.arctan2(sum_of_both, square)
+        second = np.arctan2(forms[..., 0, 0], sum_of_both)
+        zeros = wrapped(np.stack([first, second], axis=-1))
+        return np.where(discriminant[..., None] < 0, math.nan, zeros)
+
+    def bounds_along(self, starts: FloatArray, ends: FloatArray) -> CurveBounds:
+        """Return proven bounds along segments of (α1, α2), of shape (m, 2) [rad], by the share s of a segment."""
+        shares = np.linspace(0.0, 1.0, _PIECES + 1)[:, None]
+        points = starts[:, None] + shares * (ends - starts)[:, None]
+        first, last = (part.reshape(-1, 2) for part in (points[:, :-1], points[:, 1:]))
+        rates, bends = self._bounds_of_pieces(first, last)
+        by_piece = (len(starts), _PIECES, 2)
+        return CurveBounds(
+            rates=_PIECES * rates.reshape(by_piece).max(axis=1),
+            bends=_PIECES**2 * bends.reshape(by_piece).max(axis=1),
+        )
+
+    def rows(
+        self, corners: npt.ArrayLike, deviation: float = CHORD_DEVIATION
+    ) -> LiftedRows:
+        """Return points of the sheet above a polyline of (α1, α2), shape (n, 2) [rad], dense enough for their chords.
+
+        α3 and α4 begin in [−π/2, π/2] and are continuous. InputError where the polyline meets a fibre, beside which
+        they have no bound.
+        """
+        plane = angles_from(corners, "corners")
+        while True:
+            starts, ends = plane[:-1], plane[1:]
+            rates, bends = self._bounds_of_pieces(starts, ends)
+            is_coarse = (bends.max(axis=1) > 8 * deviation) | (rates.max(axis=1) > 1)
+            if not is_coarse.any():
+                break
+            middles = (starts + ends)[is_coarse] / 2
+            shortest = np.abs(ends - starts)[is_coarse].max(axis=1).min()
+            if shortest < 2.0**-_MOST_HALVINGS:
+                place = middles[np.abs(ends - starts)[is_coarse].max(axis=1).argmin()]
+                raise InputError(
+                    f"corners must not lead through a fibre, where α3 or α4 is free, got one near α1 = {place[0]:.4f}, "
+                    f"α2 = {place[1]:.4f}",
+                    field="corners",
+                )
+            plane = np.insert(plane, np.flatnonzero(is_coarse) + 1, middles, axis=0)
+        opposite = np.unwrap(self.angles(*plane.T), axis=0, period=math.pi)
+        return LiftedRows(np.hstack([plane, opposite]), float(bends.max() / 8))
+
+    def _bounds_of_pieces(self, starts: FloatArray, ends: FloatArray) -> CurveBounds:
+        """Return bounds along short segments.
+
+        U is a sum of two waves, which bound its derivatives. |U| is at least the distance of the chord from 0, less an
+        eighth of |U″|. With n = U × U′ and p = |U|²·U × U″ − 2n·U·U′ the derivatives of the angle are n/|U|² and p/|U|⁴;
+        n and p are known at both ends, and n′ and p′ have bounds.
+        """
+        steps = ends - starts
+        turns = np.abs([steps.sum(axis=1), steps[:, 0] - steps[:, 1]])
+        second, third = ((self.waves @ turns**power).T for power in (2, 3))
+        first, last = self._directions(*starts.T), self._directions(*ends.T)
+        chord = last - first
+        square = np.sum(chord * chord, axis=-1)
+        share = -np.sum(first * chord, axis=-1) / np.where(square > 0, square, 1.0)
+        nearest = first + np.clip(share, 0.0, 1.0)[..., None] * chord
+        largest = np.maximum(*(np.linalg.norm(U, axis=-1) for U in (first, last)))
+        least = np.linalg.norm(nearest, axis=-1) - second / 8 - _ROOM * largest
+        largest = largest + second / 8
+        speed = np.sqrt(square) + second / 2
+
+        turning, bending = np.zeros((2, *largest.shape))
+        for U, place in ((first, starts), (last, ends)):
+            velocity = np.einsum("mkvc,mv->mkc", self._turned(*place.T), steps)
+            mixed = self._directions(*(place + math.pi / 2).T)
+            n = _across(U, velocity)
+            twist = 2 * steps.prod(axis=1)[:, None] * _across(U, mixed)
+            p = np.sum(U * U, -1) * twist - 2 * n * np.sum(U * velocity, -1)
+            turning = np.maximum(turning, np.abs(n))
+            bending = np.maximum(bending, np.abs(p))
+        turning += largest * second / 2
+        bending += largest**2 * (speed * second + largest * third) / 2
+        bending += turning * (speed**2 + largest * second)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rates = (1 + _ROOM) * turning / least**2
+            bends = (1 + _ROOM) * bending / least**4
+        is_bounded = least > 0
+        return CurveBounds(
+            rates=np.where(is_bounded, rates, math.inf),
+            bends=np.where(is_bounded, bends, math.inf),
+        )
+
+    def _directions(self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike) -> FloatArray:
+        """Return U3 and U4, shape (..., 2, 2)."""
+        u1, u2 = _directions_of(alpha1), _directions_of(alpha2)
+        return np.asarray(np.einsum("abkc,...a,...b->...kc", self.opposite, u1, u2))
+
+    def _turned(self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike) -> FloatArray:
+        """Return the derivatives of U3 and U4 with respect to α1 and α2, shape (..., 2, 2, 2): rotor, angle, component."""
+        quarter = math.pi / 2
+        by_first = self._directions(np.add(alpha1, quarter), alpha2)
+        by_second = self._directions(alpha1, np.add(alpha2, quarter))
+        return np.stack([by_first, by_second], axis=-2)
+
+
+@lru_cache(maxsize=64)
+def curved_sheet(rotors: Rotors) -> CurvedSheet:
+    """Return the sheet of level flight of four rotors."""
+    level = level_of(rotors)
+    signs = rotors.thrust_signs[:, None, None]
+    wrench = signs * np.concatenate([level.moment, level.force], axis=1)
+    opposite, lift = np.zeros((2, 2, 2, 2)), np.zeros((2, 2))
+    inputs, normals = np.zeros((2, 2)), np.zeros((2, 2, 2))
+    for i, j in product((0, 1), repeat=2):
+        first, second = wrench[0, :, i], wrench[1, :, j]
+        columns = np.column_stack([first, second, wrench[2], wrench[3]])
+        minors = np.array(
+            [
+                (-1) ** k * np.linalg.det(np.delete(columns[:5], k, axis=1))
+                for k in range(6)
+            ]
+        )
+        inputs[0, j], inputs[1, i] = minors[:2]
+        opposite[i, j] = minors[2:].reshape(2, 2)
+        lift[i, j] = columns[5] @ minors
+        normals[i, j] = np.cross(first[:3], second[:3]) @ wrench[3, :3]
+    size = np.abs(opposite).max()
+    opposite, inputs, lift = opposite / size, inputs / size, lift / size
+    return CurvedSheet(
+        opposite=opposite,
+        inputs=inputs,
+        lift=lift,
+        contact=np.einsum("abk,cdk->abcd", normals, opposite[:, :, 1]),
+        waves=np.array([_wave_sizes(opposite[:, :, k]) for k in range(2)]),
+    )
+
+
+def _wave_sizes(table: FloatArray) -> list[float]:
+    """Return the amplitudes of the waves of α1 + α2 and of α1 − α2 of which a vector of bilinear forms is the sum."""
+    of_sum = [table[0, 0] - table[1, 1], table[1, 0] + table[0, 1]]
+    of_difference = [table[0, 0] + table[1, 1], table[1, 0] - table[0, 1]]
+    return [
+        float(np.linalg.norm(np.array(wave) / 2, 2)) for wave in (of_sum, of_difference)
+    ]
+
+
+def border(form: npt.ArrayLike, alpha1: npt.ArrayLike) -> FloatArray:
+    """Return the α2 in [−π/2, π/2] at which a form in u1 and u2, shape (2, 2), is zero above α1, shape (...) [rad]."""
+    across = _directions_of(alpha1) @ np.asarray(form)
+    return np.asarray(wrapped(np.arctan2(-across[..., 0], across[..., 1])))
+
+
+def _directions_of(alpha: npt.ArrayLike) -> FloatArray:
+    """Return u = (cos α, sin α), shape (..., 2)."""
+    return np.stack([np.cos(alpha), np.sin(alpha)], axis=-1)
+
+
+def _bilinear(form: FloatArray, u1: FloatArray, u2: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("ab,...a,...b->...", form, u1, u2))
+
+
+def _across(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the determinants of two vectors of two components, the last axis."""
+    return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
