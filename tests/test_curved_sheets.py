@@ -10,22 +10,17 @@ from scipy.optimize import brentq, least_squares
 
 import gaitgraph as gg
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.forms import rotors_of
 from gaitgraph.invertibility.geometry import Geometry
 from gaitgraph.invertibility.matrices import (
     attitude_sensitivities,
     hover_thrust_shares,
 )
-from gaitgraph.surface.curved import CurvedSheet, border, curved_sheet
+from gaitgraph.surface.curved import border, curved_sheet
 from gaitgraph.surface.sheets import curved_roots
 from tests.test_any_four_rotors import OF_ANY_AXES, VEHICLES
 
 RNG = np.random.default_rng(8)
 ALL = VEHICLES + OF_ANY_AXES
-
-
-def sheet_of(vehicle: gg.Vehicle) -> CurvedSheet:
-    return curved_sheet(rotors_of(vehicle))
 
 
 def separation(first: np.ndarray, second: np.ndarray) -> float:
@@ -38,7 +33,7 @@ def test_the_sheet_is_what_a_solver_finds_without_forms(vehicle: gg.Vehicle) -> 
     """The thrusts that carry the weight of a rotated, not expanded, model, against the closed form."""
     geometry = Geometry.of_vehicle(vehicle)
     plane = RNG.uniform(-1.4, 1.4, (6, 2))
-    expected = sheet_of(vehicle).angles(*plane.T)
+    expected = curved_sheet(vehicle).angles(*plane.T)
 
     def residual(unknown: np.ndarray, place: np.ndarray) -> np.ndarray:
         alpha = np.array([*place, *unknown[:2]])
@@ -64,7 +59,7 @@ def test_the_sheet_is_what_a_solver_finds_without_forms(vehicle: gg.Vehicle) -> 
 @pytest.mark.parametrize("vehicle", ALL)
 def test_it_is_the_invertible_root_with_its_thrusts(vehicle: gg.Vehicle) -> None:
     plane = RNG.uniform(-1.5, 1.5, (50, 2))
-    sheet = sheet_of(vehicle)
+    sheet = curved_sheet(vehicle)
     angles = sheet.angles(*plane.T)
     alpha = np.hstack([plane, angles])
     v = attitude_sensitivities(alpha, coefficients_of(vehicle, "exact"))
@@ -86,7 +81,7 @@ def test_it_is_the_invertible_root_with_its_thrusts(vehicle: gg.Vehicle) -> None
 
 @pytest.mark.parametrize("vehicle", ALL[::3])
 def test_derivatives_are_those_of_differences(vehicle: gg.Vehicle) -> None:
-    sheet, step = sheet_of(vehicle), 1e-5
+    sheet, step = curved_sheet(vehicle), 1e-5
     plane = RNG.uniform(-1.4, 1.4, (20, 2))
     slopes = sheet.slopes(*plane.T)
     bends = sheet.second_derivatives(*plane.T)
@@ -102,12 +97,17 @@ def test_derivatives_are_those_of_differences(vehicle: gg.Vehicle) -> None:
         np.testing.assert_allclose(
             change / (2 * step), bends[..., angle], rtol=1e-3, atol=1e-4
         )
+    # The sign of ∂/∂α1 depends on α2 alone, that of ∂/∂α2 on α1 alone.
+    grid = np.linspace(-1.4, 1.4, 30)
+    signs = np.sign(sheet.slopes(grid[:, None], grid))
+    assert (signs[..., 0] == signs[:1, :, :, 0]).all()
+    assert (signs[..., 1] == signs[:, :1, :, 1]).all()
     np.testing.assert_allclose(bends, np.swapaxes(bends, -1, -2), rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("vehicle", ALL)
 def test_bounds_hold_along_segments_and_are_near(vehicle: gg.Vehicle) -> None:
-    sheet = sheet_of(vehicle)
+    sheet = curved_sheet(vehicle)
     starts = RNG.uniform(-1.5, 1.5, (40, 2))
     ends = starts + RNG.normal(0, 0.3, (40, 2))
     steps = ends - starts
@@ -127,7 +127,7 @@ def test_bounds_hold_along_segments_and_are_near(vehicle: gg.Vehicle) -> None:
 
 @pytest.mark.parametrize("vehicle", ALL[::2])
 def test_chords_of_rows_are_as_near_as_stated(vehicle: gg.Vehicle) -> None:
-    sheet = sheet_of(vehicle)
+    sheet = curved_sheet(vehicle)
     corners = RNG.uniform(-1.2, 1.2, (4, 2))
     alpha, deviation = sheet.rows(corners)
     assert deviation <= 1e-3
@@ -146,7 +146,7 @@ def test_chords_of_rows_are_as_near_as_stated(vehicle: gg.Vehicle) -> None:
 
 @pytest.mark.parametrize("vehicle", ALL[::2])
 def test_borders_are_where_angles_and_forms_say(vehicle: gg.Vehicle) -> None:
-    sheet = sheet_of(vehicle)
+    sheet = curved_sheet(vehicle)
     first = RNG.uniform(-1.5, 1.5, 30)
     for rotor, tilt in ((3, 0.7), (4, -0.4), (3, math.pi / 2), (4, math.pi / 2)):
         second = border(sheet.tilt_border(rotor, tilt), first)
@@ -177,7 +177,7 @@ def test_borders_are_where_angles_and_forms_say(vehicle: gg.Vehicle) -> None:
 
 
 def test_the_sheet_of_a_symmetric_vehicle_is_its_plane() -> None:
-    sheet = sheet_of(gg.PAPER)
+    sheet = curved_sheet(gg.PAPER)
     plane = RNG.uniform(-1.4, 1.4, (100, 2))
     assert separation(sheet.angles(*plane.T), plane) < 1e-12
     np.testing.assert_allclose(

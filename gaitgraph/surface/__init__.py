@@ -14,6 +14,10 @@ if TYPE_CHECKING:
         singular_value_region as singular_value_region,
         thrust_region as thrust_region,
     )
+    from gaitgraph.surface.curved import (
+        CurvedSheet as CurvedSheet,
+        curved_sheet as curved_sheet,
+    )
     from gaitgraph.surface.loop_colorings import (
         Coloring as Coloring,
         ColoringObstacle as ColoringObstacle,
@@ -45,6 +49,7 @@ else:
                 "singular_value_region",
                 "thrust_region",
             ],
+            "gaitgraph.surface.curved": ["CurvedSheet", "curved_sheet"],
             "gaitgraph.surface.loop_colorings": [
                 "Coloring",
                 "ColoringObstacle",

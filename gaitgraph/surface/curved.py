@@ -21,10 +21,12 @@ import numpy.typing as npt
 from gaitgraph.angles import angles_from, wrapped
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError
-from gaitgraph.invertibility.forms import level_of
+from gaitgraph.invertibility.forms import level_of, rotors_of
+from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray, Rotors
+    from gaitgraph.vehicle import VehicleLike
 
 CHORD_DEVIATION = 1e-3
 """By how much chords between rows may be off the sheet [rad]."""
@@ -230,8 +232,19 @@ class CurvedSheet:
         return np.stack([by_first, by_second], axis=-2)
 
 
+def curved_sheet(vehicle: VehicleLike = PAPER) -> CurvedSheet:
+    """Return the sheet of level flight of a vehicle: red if it is symmetric, and the plane of red then.
+
+    >>> places = [[0.2, 0.2, 0.0], [-0.2, 0.2, 0.0], [-0.2, -0.2, 0.0], [0.2, -0.15, 0.0]]
+    >>> sheet = curved_sheet({"drag_to_thrust": 0.02, "rotor_positions": places})
+    >>> sheet.angles(-0.3, 0.3).round(4).tolist(), sheet.hover_thrusts(-0.3, 0.3).round(4).tolist()
+    ([-0.2301, 0.2669], [0.2466, 0.2429, 0.2745, 0.2749])
+    """
+    return sheet_of(rotors_of(vehicle_named(vehicle)))
+
+
 @lru_cache(maxsize=64)
-def curved_sheet(rotors: Rotors) -> CurvedSheet:
+def sheet_of(rotors: Rotors) -> CurvedSheet:
     """Return the sheet of level flight of four rotors."""
     level = level_of(rotors)
     signs = rotors.thrust_signs[:, None, None]

@@ -61,7 +61,7 @@ from gaitgraph.invertibility.matrices import (
     tilt_angles,
 )
 from gaitgraph.surface.blocks import roll_block, yaw_block
-from gaitgraph.surface.curved import curved_sheet
+from gaitgraph.surface.curved import sheet_of
 from gaitgraph.tolerances import (
     DEFAULT_CROSSING_TOLERANCE,
     ROUND_OFF,
@@ -390,7 +390,7 @@ def curved_roots(
     singular = np.concatenate([np.stack([first, second], axis=-1), opposite], axis=-1)
 
     invertible = singular.copy()
-    invertible[..., 2:] = curved_sheet(coefficients.rotors).angles(first, second)
+    invertible[..., 2:] = sheet_of(coefficients.rotors).angles(first, second)
     return invertible, singular
 
 
