@@ -39,7 +39,7 @@ SLOW = {
     "flight.md:5",
     "flight.md:6",
     "flight.md:13",
-    "planning.md:6",
+    "planning.md:5",
 }
 
 
