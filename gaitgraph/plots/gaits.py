@@ -12,7 +12,7 @@ from functools import singledispatch
 from html import escape
 from itertools import groupby
 from textwrap import fill, shorten
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -33,7 +33,7 @@ from gaitgraph.plots.planes import FINE, draw_zeros_of_R
 from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.robustness.biased import Robustness, RobustnessReport, robustness_of
 from gaitgraph.surface.admissible import admissible_region
-from gaitgraph.surface.region import Region
+from gaitgraph.surface.region import Region, Zones
 from gaitgraph.surface.sheets import RELATION, red_label
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.tolerances import DEFAULT_FLOOR
@@ -50,9 +50,10 @@ if TYPE_CHECKING:
     from gaitgraph.flight.basins import Basin
     from gaitgraph.flight.flight import Outcome
     from gaitgraph.gait.given import GaitLike
-    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.planning.location import Location
+    from gaitgraph.planning.request import PlanRequest
 
     Shown = Pictured
 
@@ -191,55 +192,38 @@ def draw_attitudes(
     The square is hatched if the gait is singular at every attitude.
     """
     if robustness.tilt_margin is None:
-        corners = HALF_PI * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-        look: dict[str, Any] = {
-            "facecolor": (color, 0.12),
-            "edgecolor": (color, 0.5),
-            "hatch": "xxx",
-            "linewidth": 0.0,
-        }
-        ax.fill(*corners.T, **look, gid="singular", label=label)
+        everywhere = np.asarray(_INSIDE.exterior.coords)
+        look: dict[str, Any] = {"facecolor": (color, 0.12), "edgecolor": (color, 0.5)}
+        look |= {"hatch": "xxx", "linewidth": 0.0, "gid": "singular"}
+        ax.fill(*everywhere.T, label=label, **look)
         return
+    line: dict[str, Any] = {"color": color, "linestyle": dash}
     for _, curve in robustness.curves:
         if curve.kind == "curve":
-            ax.plot(
-                *curve.points().T,
-                color=color,
-                linestyle=dash,
-                linewidth=0.5,
-                alpha=0.8,
-                gid="singular",
-                zorder=2,
-            )
+            thin: dict[str, Any] = {
+                "linewidth": 0.5,
+                "alpha": 0.8,
+                "gid": "singular",
+                "zorder": 2,
+            }
+            ax.plot(*curve.points().T, **line, **thin)
     polygon = robustness.acceptable.polygon
+    shade: Any = "none"
     if not polygon.is_empty:
+        shade = (color, 0.12)
         ax.fill(
             *np.asarray(polygon.exterior.coords).T,
-            color=color,
-            alpha=0.12,
+            facecolor=shade,
             linewidth=0.0,
             gid="acceptable",
         )
         # The border without the sides of the square, where nothing is singular.
         border = shapely.line_merge(polygon.exterior.intersection(_INSIDE))
         for part in shapely.get_parts(border):
-            ax.plot(
-                *np.asarray(part.coords).T,
-                color=color,
-                linestyle=dash,
-                linewidth=2.0,
-                gid="border",
-                zorder=3,
-            )
-    ax.fill(
-        [],
-        [],
-        facecolor="none" if polygon.is_empty else (color, 0.12),
-        edgecolor=color,
-        linestyle=dash,
-        linewidth=1.2,
-        label=label,
-    )  # for the legend
+            thick: dict[str, Any] = {"linewidth": 2.0, "gid": "border", "zorder": 3}
+            ax.plot(*np.asarray(part.coords).T, **line, **thick)
+    outline = {"edgecolor": color, "linestyle": dash, "linewidth": 1.2}
+    ax.fill([], [], facecolor=shade, label=label, **outline)  # for the legend
 
 
 def finish_diagram(ax: Axes) -> None:
@@ -510,9 +494,16 @@ def _drawn(shown: Any, ax: Axes, legend: bool) -> str:
 
 
 @_drawn.register(Gait)
+def _(shown: Gait, ax: Axes, legend: bool) -> str:
+    title = _draw_gait_on_map(ax, shown)
+    if legend:
+        base.legend_below(ax, ncols=2)
+    return title
+
+
 @_drawn.register(Plan)
-def _(shown: Gait | Plan, ax: Axes, legend: bool) -> str:
-    title = _draw_loop(ax, shown)
+def _(shown: Plan, ax: Axes, legend: bool) -> str:
+    title = _draw_plan(ax, shown)
     if legend:
         base.legend_below(ax, ncols=2)
     return title
@@ -603,86 +594,82 @@ def _draw_region(
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
 
 
-def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
-    """Draw a gait or a plan on the map of its sheet, and return what is shaded."""
-    plan, gait = (
-        (None, shown)
-        if isinstance(shown, Gait)
-        else (shown, shown.loop.gait if shown.loop else None)
-    )
-    sign: Any = None
-    if gait is not None:
-        vehicle, color, numbers = gait.vehicle, gait.color, gait.coefficients
-        sign = (
-            "positive" if gait.R.min() > 0 else "negative" if gait.R.max() < 0 else None
-        )
-    elif plan is not None:
-        vehicle, color = (
-            plan.request.vehicle,
-            "blue" if plan.request.color == "blue" else "red",
-        )
-        sign, numbers = (
-            plan.request.sign,
-            coefficients_of(vehicle, plan.request.coefficients),
-        )
-    zones, waypoints = (
-        (None, ()) if plan is None else (plan.request.zones, plan.waypoints)
-    )
-    words, which = (
-        "its loop in the plane of α1 and α2",
-        f" with {RELATION[sign]}" if sign in RELATION else "",
-    )
+class _Sheet(NamedTuple):
+    """The sheet over whose map a loop is drawn."""
+
+    vehicle: Vehicle
+    color: str | None
+    sign: str | None  # of R, if it has one
+    coefficients: Coefficients
+
+
+def _sheet_of_gait(gait: Gait) -> _Sheet:
+    sign = None
+    if gait.R.min() > 0:
+        sign = "positive"
+    elif gait.R.max() < 0:
+        sign = "negative"
+    return _Sheet(gait.vehicle, gait.color, sign, gait.coefficients)
+
+
+def _sheet_of_request(request: PlanRequest) -> _Sheet:
+    vehicle = request.vehicle
+    color = "blue" if request.color == "blue" else "red"
+    sign = request.sign if request.sign in RELATION else None
+    return _Sheet(vehicle, color, sign, coefficients_of(vehicle, request.coefficients))
+
+
+def _draw_gait_on_map(ax: Axes, gait: Gait, zones: Zones | None = None) -> str:
+    """Draw a gait on the map of its sheet, and return what is shaded."""
+    words = _draw_map(ax, _sheet_of_gait(gait), zones)
+    label = f"gait, {gait.color or 'off the surfaces'}"
+    gait_loop(gait, label=label, width=2.2, ax=ax)
+    end = max(HALF_PI, float(np.abs(gait.alpha[:, :2]).max()))
+    ax.set(xlim=(-end, end), ylim=(-end, end))
+    return words
+
+
+def _draw_plan(ax: Axes, plan: Plan) -> str:
+    """Draw a plan on the map of its sheet, and return what is shaded."""
+    request = plan.request
+    if plan.loop is not None:
+        words = _draw_gait_on_map(ax, plan.loop.gait, request.zones)
+    else:
+        words = _draw_map(ax, _sheet_of_request(request), request.zones)
+        nearest = plan.refusals[0].moved
+        for waypoint, place in zip(plan.waypoints, nearest, strict=False):
+            if waypoint != place:
+                base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])
+    if not plan.waypoints:
+        return words
+    points = np.array([point[:2] for point in plan.waypoints], dtype=float)
+    ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": "black"}
+    ax.plot(*points.T, "o", label="waypoints", markersize=7, zorder=5, **ring)
+    return f"{words}; rings: waypoints"
+
+
+def _draw_map(ax: Axes, sheet: _Sheet, zones: Zones | None) -> str:
+    """Shade where a gait of a sheet is admissible, draw where R = 0 and polygons, and return what is shaded."""
+    vehicle, color = sheet.vehicle, sheet.color
+    words = "its loop in the plane of α1 and α2"
     if color in ("red", "blue"):
         # Nothing is flyable on blue; limits of thrust need the mass.
-        judged = color == "red" and (
-            vehicle.max_thrust is None or vehicle.mass is not None
-        )
-        conditions: dict[str, Any] = {
-            "require": "flyable" if judged else "valid",
-            "color": color,
-            "coefficients": numbers,
-        }
-        region = admissible_region(
-            vehicle,
-            sign=sign if which else None,
-            zones=zones,
-            accuracy=_COARSE,
-            **conditions,
-        )
-        words = f"shaded: where a {color} gait{which} is {conditions['require']}"
+        can_be_judged = vehicle.max_thrust is None or vehicle.mass is not None
+        require = "flyable" if color == "red" and can_be_judged else "valid"
+        conditions: dict[str, Any] = sheet._asdict() | {"require": require}
+        region = admissible_region(zones=zones, accuracy=_COARSE, **conditions)
+        sign = "" if sheet.sign is None else f" with {RELATION[sheet.sign]}"
+        words = f"shaded: where a {color} gait{sign} is {require}"
         words += ", with the given polygons" if zones else ""
-        _draw_region(
-            ax, region, vehicle if color == "red" else None, conditions["require"]
-        )
+        _draw_region(ax, region, vehicle if color == "red" else None, require)
     if color == "red":
         draw_zeros_of_R(ax, vehicle)
         ax.plot(0, 0, "k+", markersize=7, label="all upright")
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
     for k, corners in enumerate(zones.keep_out if zones else ()):
-        look: dict[str, Any] = {
-            "facecolor": "white",
-            "edgecolor": base.GREY,
-            "hatch": "///",
-        }
-        ax.fill(*np.asarray(corners).T, label="_" if k else "keep out", **look)
-    if gait is not None:
-        gait_loop(gait, label=f"gait, {color or 'off the surfaces'}", width=2.2, ax=ax)
-        end = max(np.pi / 2, float(np.abs(gait.alpha[:, :2]).max()))
-        ax.set(xlim=(-end, end), ylim=(-end, end))
-    if waypoints:
-        words += "; rings: waypoints"
-        points = np.array([point[:2] for point in waypoints], dtype=float)
-        ring: dict[str, Any] = {
-            "markersize": 7,
-            "markerfacecolor": "none",
-            "markeredgecolor": "black",
-            "zorder": 5,
-        }
-        ax.plot(*points.T, "o", label="waypoints", **ring)
-    moved = () if plan is None or gait is not None else plan.refusals[0].moved
-    for waypoint, place in zip(waypoints, moved, strict=False):
-        if waypoint != place:
-            base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])
+        look: dict[str, Any] = {"facecolor": "white", "edgecolor": base.GREY}
+        label = "_" if k else "keep out"
+        ax.fill(*np.asarray(corners).T, label=label, hatch="///", **look)
     return words
 
 
@@ -691,40 +678,20 @@ def _draw_checks(ax: Axes, report: Report) -> None:
     from matplotlib.ticker import PercentFormatter
 
     for row, check in enumerate(report.checks):
-        used, color, mark = (
-            0.0,
-            base.PALETTE[_MARKS[check.mark][0]][0],
-            _MARKS[check.mark][1],
-        )
+        verdict, mark = _MARKS[check.mark]
+        color = base.PALETTE[verdict][0]
+        used = 0.0
         if check.value is not None and check.limit:
-            floor = check.name in ("R_sign", "least_singular_value")
-            used = (
-                abs(check.limit / check.value)
-                if floor and check.value
-                else abs(check.value / check.limit)
-            )
+            used = abs(check.value / check.limit)
+            if check.name in ("R_sign", "least_singular_value") and used:
+                used = 1.0 / used  # these limits are floors
         ax.barh(row + 0.2, min(used, 1.5), height=0.36, color=color)
         words = shorten(check.message.partition(": ")[0], 84, placeholder=" …")
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
-        ax.text(
-            0.01,
-            row - 0.22,
-            words,
-            fontsize=6.5,
-            color="0.3",
-            va="center",
-            bbox=box,
-            gid=check.name,
-        )
-        ax.text(
-            -0.02,
-            row,
-            f"{check.name.replace('_', ' ')}  {mark}",
-            color=color,
-            fontsize=8,
-            ha="right",
-            va="center",
-        )
+        look: dict[str, Any] = {"va": "center", "gid": check.name}
+        ax.text(0.01, row - 0.22, words, fontsize=6.5, color="0.3", bbox=box, **look)
+        name = f"{check.name.replace('_', ' ')}  {mark}"
+        ax.text(-0.02, row, name, color=color, fontsize=8, ha="right", va="center")
     ax.axvline(1.0, color="black", linewidth=0.8, linestyle="--")
     ax.xaxis.set_major_formatter(PercentFormatter(1.0))
     ax.set(
