@@ -281,31 +281,20 @@ class _FlightFilm:
 
     def _draw_ground(self, here: FloatArray) -> list[Any]:
         """Draw a grid on the ground around a position, and the shadow of the vehicle."""
-        from matplotlib.collections import LineCollection
         from matplotlib.ticker import MaxNLocator
 
-        level, reach = -1.8 * self.arm, 9.0 * self.arm
-        low, high = here - reach, here + reach
-        locator = MaxNLocator(nbins=18, steps=[1, 2, 5, 10])
-        lines = [
-            [(x, low[1], level), (x, high[1], level)]
-            for x in locator.tick_values(low[0], high[0])
-        ]
-        lines += [
-            [(low[0], y, level), (high[0], y, level)]
-            for y in locator.tick_values(low[1], high[1])
-        ]
-        grid = LineCollection(
-            list(self._seen(np.array(lines), here)),
-            colors=PALE,
-            linewidths=0.8,
-            zorder=0.5,
-        )
+        level, reach = -1.8 * self.arm, 12.0 * self.arm
+        ticks = MaxNLocator(nbins=24, steps=[1, 2, 5, 10]).tick_values
+        x, y = (ticks(place - reach, place + reach) for place in here[:2])
+        crossings = np.stack(np.meshgrid(x, y, level), axis=-1)[:, :, 0]
+        right, up = np.moveaxis(self._seen(crossings, here), -1, 0)
+        look: dict[str, Any] = {"color": PALE, "linewidth": 0.8, "zorder": 0.5}
         around = np.linspace(0.0, math.tau, 25)
         ring = np.stack([np.cos(around), np.sin(around), 0 * around], axis=-1)
         shadow = [here[0], here[1], level] + 0.35 * self.arm * ring
         return [
-            self.picture.add_collection(grid, autolim=False),
+            *self.picture.plot(right, up, **look),
+            *self.picture.plot(right.T, up.T, **look),
             *self.picture.fill(*self._seen(shadow, here).T, color=PALE, zorder=0.6),
         ]
 
