@@ -230,6 +230,8 @@ class Simulation:
     @property
     def warnings(self) -> tuple[str, ...]:
         """A line if an arm swings by much less than commanded while the gait runs."""
+        if np.array_equal(self.actual, self.command):
+            return ()
         flown = self.controls * self.settings.steps_per_control + 1
         t = np.arange(flown) * self.settings.step
         begin, end = self.course.gait_times
