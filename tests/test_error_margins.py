@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
+from gaitgraph.invertibility.error_margins import ErrorMargin, drag_margin, servo_margin
 from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
-from gaitgraph.robustness.error_margins import ErrorMargin, drag_margin, servo_margin
 from gaitgraph.vehicle import PAPER, Vehicle
 
 HALF_PI = math.pi / 2

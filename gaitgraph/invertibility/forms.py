@@ -93,8 +93,8 @@ class Form:
                 slopes[joint] = self.at(sines.turned(joint))
         return slopes
 
-    def waves(self) -> tuple[FloatArray, FloatArray]:
-        """Return the sinusoids of which the forms are sums: frequencies k, shape (h, 4), and amplitudes, (h, q).
+    def phasors(self) -> tuple[FloatArray, npt.NDArray[np.complex128]]:
+        """Return the sinusoids of which the forms are sums, Re a·exp(ik·α): k, shape (h, 4), and a, shape (h, q).
 
         With z = exp(iα), cos α is (z + 1/z)/2 and sin α is (z − 1/z)/2i. Of two conjugate terms one is returned, doubled.
         """
@@ -109,8 +109,12 @@ class Form:
                 choices.append((0.0,))
         frequencies = np.array(list(product(*choices)))
         half = len(frequencies) // 2
-        amplitudes = 2 * np.abs(terms.reshape(len(frequencies), -1)[:half])
-        return frequencies[:half], amplitudes
+        return frequencies[:half], 2 * terms.reshape(len(frequencies), -1)[:half]
+
+    def waves(self) -> tuple[FloatArray, FloatArray]:
+        """Return the frequencies of these sinusoids, shape (h, 4), and their amplitudes, shape (h, q)."""
+        frequencies, phasors = self.phasors()
+        return frequencies, np.abs(phasors)
 
     @cached_property
     def size(self) -> FloatArray:

@@ -7,6 +7,11 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
+    from gaitgraph.invertibility.error_margins import (
+        ErrorMargin as ErrorMargin,
+        drag_margin as drag_margin,
+        servo_margin as servo_margin,
+    )
     from gaitgraph.robustness.attitudes import (
         AcceptableAttitudes as AcceptableAttitudes,
         SingularCurve as SingularCurve,
@@ -17,11 +22,6 @@ if TYPE_CHECKING:
         Robustness as Robustness,
         RobustnessReport as RobustnessReport,
         robustness_of as robustness_of,
-    )
-    from gaitgraph.robustness.error_margins import (
-        ErrorMargin as ErrorMargin,
-        drag_margin as drag_margin,
-        servo_margin as servo_margin,
     )
 else:
     __getattr__, __dir__ = lazy_names(
@@ -38,7 +38,7 @@ else:
                 "RobustnessReport",
                 "robustness_of",
             ],
-            "gaitgraph.robustness.error_margins": [
+            "gaitgraph.invertibility.error_margins": [
                 "ErrorMargin",
                 "drag_margin",
                 "servo_margin",

@@ -14,6 +14,7 @@ from gaitgraph.angles import angle_within, checked_number, percent, whole_number
 from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.given import given_gait
 from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.error_margins import ErrorMargin, drag_margin, servo_margin
 from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_along, singular_value_bound
 from gaitgraph.invertibility.tilt_margins import (
@@ -32,7 +33,6 @@ from gaitgraph.robustness.attitudes import (
     acceptable_attitudes,
     singular_curve,
 )
-from gaitgraph.robustness.error_margins import ErrorMargin, drag_margin, servo_margin
 from gaitgraph.surface.sheets import sheet_distances
 from gaitgraph.texts import table_lines
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE

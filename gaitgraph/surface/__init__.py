@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.admissible import (
         admissible_region as admissible_region,
         hover_region as hover_region,
+        servo_margin_region as servo_margin_region,
         sign_region as sign_region,
         singular_value_region as singular_value_region,
         thrust_region as thrust_region,
@@ -45,6 +46,7 @@ else:
             "gaitgraph.surface.admissible": [
                 "admissible_region",
                 "hover_region",
+                "servo_margin_region",
                 "sign_region",
                 "singular_value_region",
                 "thrust_region",

@@ -9,19 +9,21 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI, checked_number
-from gaitgraph.errors import checked_choice
-from gaitgraph.invertibility import matrices
+from gaitgraph.angles import HALF_PI, angle_within, checked_number
+from gaitgraph.errors import InputError, checked_choice
+from gaitgraph.invertibility import error_margins, matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import Form, level_of, rotors_of
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface import borders
 from gaitgraph.surface.blocks import roll_block, yaw_block
+from gaitgraph.surface.borders import CosineSum, sum_on_red
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     Condition,
@@ -47,7 +49,7 @@ from gaitgraph.surface.sheets import (
     sheet_angles,
 )
 from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF
-from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
+from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -71,6 +73,11 @@ _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
 _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
 _IDLE_MARGIN = 1e-6  # distance from lines where rotors idle [rad]
+_FINEST = 1e-5  # accuracy of the borders of a margin, which is an angle itself [rad]
+_CELLS = (
+    32  # of each side of what is left of a region, to see whether a border reaches it
+)
+_SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 _NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
 
@@ -479,6 +486,138 @@ def _singular_value_polygon(
     return shape
 
 
+def servo_margin_region(
+    margin: Angle,
+    vehicle: VehicleLike = PAPER,
+    *,
+    sign: Sign | None = None,
+    floor: float = DEFAULT_FLOOR,
+    accuracy: float = DEFAULT_ACCURACY,
+) -> Region:
+    """Return where level flight bears errors of the tilt angles on red (docs/theory.md, 22).
+
+    A point bears them if, at the 16 corners of the box of errors, the hover thrusts are positive and within the
+    vehicle's limit, and if at the four of these corners that lie on red the least singular value is at least the floor.
+    Without a floor this is necessary and sufficient. With one it is necessary;
+    :func:`gaitgraph.invertibility.error_margins.bears_servo_errors` proves that a gait bears all other errors too.
+    `sign` is that of R, None for either; `accuracy` as for :func:`sign_region`.
+
+    >>> [round(servo_margin_region(angle, floor=0.0, sign="positive").area, 4) for angle in ("15deg", "22.5deg", "45deg")]
+    [1.0966, 0.6169, 0.0]
+    """
+    signs = _checked_signs("red", sign)
+    margin = angle_within(margin, "servo_margin", HALF_PI, least=0.0)
+    floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
+    vehicle = vehicle_named(vehicle)
+    accuracy = max(accuracy, _FINEST)
+    bearing = [_bearing_thrusts(margin, wanted, vehicle, accuracy) for wanted in signs]
+    pair = _union(bearing)
+    of_one = singular_value_region(floor, vehicle, accuracy=accuracy).pair
+    for turn in product((-margin, margin), repeat=2):
+        pair = shapely.intersection(pair, _moved(of_one, turn))
+    limit = _bound(
+        "servo margin",
+        "≥",
+        math.degrees(margin),
+        partial(_degrees_of_servo_margin, vehicle, floor),
+        "°",
+    )
+    return region_of(pair, accuracy, limit)
+
+
+def _degrees_of_servo_margin(
+    vehicle: Vehicle, floor: float, alpha1: float, alpha2: float
+) -> float:
+    posture = [[alpha1, alpha2] * 2]
+    found = error_margins.servo_margin(posture, vehicle, floor=floor).found
+    return math.degrees(HALF_PI if found is None else found)
+
+
+@lru_cache(maxsize=64)
+def _bearing_thrusts(
+    margin: float, sign: int, vehicle: Vehicle, accuracy: float
+) -> Pair:
+    """Return where R has a sign and the hover thrusts are in their range at all corners of the box of errors."""
+    level = level_of(rotors_of(vehicle))
+    most = vehicle.thrust_share
+    corners = margin * np.array(list(product((1.0, -1.0), repeat=4)))
+    # What errors leave is in what is left without them, so that fewer borders reach it.
+    nominal = thrust_region(most, vehicle, accuracy=accuracy).outer
+    pair = np.array([nominal & _red_sign(sign, vehicle, accuracy)[1]] * 2)
+
+    # A thrust is N_i/R. A half turn maps the conditions of rotors 3 and 4 to those of 1 and 2 at other corners.
+    conditions = []
+    for rotor in (0, 1):
+        transposed = rotor == 1  # N1 is quadratic in u2, N2 in u1
+        upward = sign * float(level.rotors.thrust_signs[rotor])
+        for errors in corners:
+            of_plane = partial(sum_on_red, errors=errors, transposed=transposed)
+            thrust = of_plane(level.inputs[rotor], factor=upward)
+            if errors[rotor] > 0:  # N_i does not depend on the angle of its own rotor
+                conditions.append(_Positive(thrust, transposed))
+            if most is not None:
+                left = of_plane(level.direction, factor=sign * most)
+                left += of_plane(level.inputs[rotor], factor=-upward)
+                conditions.append(_Positive(left, transposed))
+    if not pair[1].is_empty:
+        # The most restrictive ones first: few borders reach what they leave.
+        conditions.sort(key=lambda condition: condition.least_on(pair[1].bounds))
+    for condition in conditions:
+        pair = condition.cut(pair, accuracy)
+
+    # R is a sum of N_i·cos α_i: with N_i of one sign it has their sign, unless an angle is beyond 90°.
+    upright = rectangle(*[margin - HALF_PI] * 2, *[HALF_PI - margin] * 2)
+    if most is None and not upright.covers(pair[1]):
+        lifting = shapely.difference(pair, upright)
+        for errors in corners:
+            lift = sum_on_red(level.direction, errors, sign)
+            lifting = _Positive(lift).cut(lifting, accuracy)
+        pair = shapely.union(shapely.intersection(pair, upright), lifting)
+    return pair
+
+
+class _Positive(NamedTuple):
+    """The condition that a form on red is not negative; transposed, it is one of (α2, α1)."""
+
+    form: CosineSum
+    transposed: bool = False
+
+    def least_on(self, bounds: Sequence[float]) -> float:
+        """Return a lower bound in a rectangle (left, bottom, right, top), from values at the centers of cells."""
+        left, bottom, right, top = bounds
+        first, second = (
+            low + (high - low) / _CELLS * (np.arange(_CELLS) + 0.5)
+            for low, high in ((left, right), (bottom, top))
+        )
+        points = np.array(list(product(first, second)))
+        if self.transposed:
+            points = points[:, ::-1]
+        reach = math.hypot(right - left, top - bottom) / _CELLS / 2
+        return float(self.form.at(points).min() - self.form.most(1) * reach)
+
+    def cut(self, pair: Pair, accuracy: float) -> Pair:
+        """Return the parts of a pair where the condition holds."""
+        if pair[1].is_empty or self.least_on(pair[1].bounds) > 0:
+            return pair
+        left, bottom, right, top = pair[1].bounds
+        low, high = (bottom, top) if self.transposed else (left, right)
+        window = low - 2 * accuracy, high + 2 * accuracy
+        negative = borders.sum_negative(self.form, chord_tolerance(accuracy), window)
+        if self.transposed:
+            negative = negative.transposed()
+        reach = ROUND_OFF if negative.is_straight else accuracy / 2
+        return np.asarray(shapely.intersection(pair, sides_of(negative, reach)[1]))
+
+
+def _moved(pair: Pair, turn: Sequence[float]) -> Pair:
+    """Return polygons moved by an angle in α1 and in α2; what they are of comes again after π in each."""
+    copies = []
+    for whole in product((-math.pi, 0.0, math.pi), repeat=2):
+        step = np.add(turn, whole)
+        copies.append(shapely.transform(pair, partial(np.add, step)))
+    return np.asarray(shapely.intersection(_union(copies), _SQUARE))
+
+
 def admissible_region(
     vehicle: VehicleLike = PAPER,
     *,
@@ -489,6 +628,7 @@ def admissible_region(
     floor: float = DEFAULT_FLOOR,
     zones: Zones | None = None,
     accuracy: float = DEFAULT_ACCURACY,
+    servo_margin: Angle = 0.0,
 ) -> Region:
     """Return where a gait may be, an empty region if nowhere.
 
@@ -511,6 +651,9 @@ def admissible_region(
         The least singular value floor, and the user's own polygons.
     accuracy
         How far curved borders may be from their true place [rad], 1e-9 to 0.1.
+    servo_margin
+        The errors of the tilt angles that level flight is to bear [rad]; with "flyable" alone. See
+        :func:`servo_margin_region`.
 
     Examples
     --------
@@ -523,11 +666,25 @@ def admissible_region(
     coefficients = coefficients_of(vehicle, coefficients)
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     region = _admissible(vehicle, require, color, sign, coefficients, floor, accuracy)
-    return (
-        region & zones_region(zones)
-        if zones is not None and (zones.keep_out or zones.keep_in)
-        else region
-    )
+    margin = checked_servo_margin(servo_margin, require)
+    if margin:
+        region &= servo_margin_region(
+            margin, vehicle, sign=sign, floor=floor, accuracy=accuracy
+        )
+    if zones is not None and (zones.keep_out or zones.keep_in):
+        region &= zones_region(zones)
+    return region
+
+
+def checked_servo_margin(margin: Any, require: Requirement) -> float:
+    """Return a servo margin [rad]; InputError if it is none, or not 0 and asked of what need not be flyable."""
+    checked: float = angle_within(margin, "servo_margin", HALF_PI, least=0.0)
+    if checked and require != "flyable":
+        raise InputError(
+            f"servo_margin must be 0 with require 'valid', got {checked:.4g} rad: only what is flyable has one",
+            field="servo_margin",
+        )
+    return checked
 
 
 @lru_cache(maxsize=32)

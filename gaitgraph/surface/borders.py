@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.invertibility.coefficients import Coefficients
+    from gaitgraph.invertibility.forms import Form
     from gaitgraph.surface.blocks import Block
 
 Function = Callable[[FloatArray], FloatArray]
@@ -58,6 +59,7 @@ _FIRST_CHORDS = 8
 _MOST_ROUNDS = 40  # of dividing chords
 _NARROW = 1e-3  # of the tolerance
 _ON_CIRCLE = 1e-4  # how far from the unit circle a root may be that counts as on it
+_RANK_ONE = 1e-13  # relative: below it a second singular value is rounding
 _FULL = 2 * math.pi
 # Beyond the square, so that its sides are no sides of the sets' polygons.
 _END = HALF_PI + 0.3
@@ -199,6 +201,7 @@ class Halves:
     """Polygons where a condition holds and where it does not, which cover the surroundings of the square together."""
 
     polygons: Mapping[bool, Sequence[Polygon]]
+    is_straight: bool = False
 
     def around(self, holds: bool, reach: float) -> BaseGeometry:
         """Return where the condition holds, or where it does not, with the border moved outward by `reach` [rad]."""
@@ -211,7 +214,7 @@ class Halves:
             holds: [shapely.transform(each, lambda at: at[:, ::-1]) for each in half]
             for holds, half in self.polygons.items()
         }
-        return Halves(turned)
+        return Halves(turned, self.is_straight)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -316,14 +319,16 @@ def _where(
     curves: Curves,
     breaks: Sequence[npt.ArrayLike],
     tolerance: float,
+    window: tuple[float, float] = (-_END, _END),
 ) -> Halves:
-    """Return where a condition on (α1, α2), both of shape (k,), holds, and where it does not.
+    """Return where a condition on (α1, α2), both of shape (k,), holds, and where it does not, in a window of α1.
 
     For a fixed α1 it changes at the curves and the lines alone, both α2 modulo π. Between two `breaks`, modulo π, none of
     them meets another, crosses a multiple of π/2 or an end of the surroundings of the square, or ceases to exist.
     """
     inside = _copies(np.concatenate([np.ravel(part) for part in breaks]))
-    limits = np.concatenate([[-_END], inside, [_END]])
+    low, high = window
+    limits = np.concatenate([[low], inside[(inside > low) & (inside < high)], [high]])
     kept = np.append(True, np.diff(limits) > ROUND_OFF)
     kept[-1] = True
     edges = curves.edges_over(list(pairwise(limits[kept].tolist())))
@@ -351,7 +356,7 @@ def _where(
             ]
             polygon = _polygon_between(*sides).buffer(0.0)
         polygons[held[run[0]]].append(polygon)
-    return Halves(polygons)
+    return Halves(polygons, curves.rows is None)
 
 
 def _polygon_between(below: FloatArray, above: FloatArray) -> Polygon:
@@ -359,13 +364,20 @@ def _polygon_between(below: FloatArray, above: FloatArray) -> Polygon:
 
 
 def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
-    """Return where a trigonometric polynomial of degree two may vanish on [−period/2, period/2), sorted.
+    """Return where a trigonometric polynomial of degree two may vanish on [−period/2, period/2), sorted."""
+    return _zeros_of_degree(2, function, period)
+
+
+def _zeros_of_degree(degree: int, function: Function, period: float) -> FloatArray:
+    """Return where a trigonometric polynomial may vanish on [−period/2, period/2), sorted.
 
     They are roots on the unit circle, or nearly on it, so that rounding loses no double zero.
     """
-    # Eight samples determine the five Fourier coefficients; times z², z = exp(2πix/period), they are a quartic.
-    parts = np.fft.fft(function(np.linspace(0.0, period, 8, endpoint=False))) / 8
-    polynomial = np.asarray(parts[[2, 1, 0, -1, -2]], dtype=complex)
+    # 4n samples determine the 2n + 1 Fourier coefficients; times zⁿ, z = exp(2πix/period), they are a polynomial.
+    count = 4 * degree
+    at = np.linspace(0.0, period, count, endpoint=False)
+    parts = np.fft.fft(function(at)) / count
+    polynomial = np.asarray(parts[np.arange(degree, -degree - 1, -1)], dtype=complex)
     polynomial[np.abs(polynomial) <= 1e-15 * np.abs(polynomial).max()] = 0.0
     roots = np.roots(polynomial)
     roots = roots[np.abs(np.abs(roots) - 1.0) < _ON_CIRCLE]
@@ -500,6 +512,76 @@ def singular_value_below(floor: float, block: Block, tolerance: float) -> Halves
         # not much above the width of the band
         min(tolerance, floor / 16 / max(1.0, float(np.linalg.norm(form, 2)))),
     )
+
+
+def sum_on_red(
+    form: Form, errors: FloatArray, factor: float, *, transposed: bool = False
+) -> CosineSum:
+    """Return the last of some forms, times a factor, on red where each angle is off by an error, shape (4,) [rad].
+
+    α3 is α1 and α4 is α2. Transposed, α1 and α2 are in each other's place.
+    """
+    frequencies, phasors = form.phasors()
+    shifted = factor * phasors[:, -1] * np.exp(1j * (frequencies @ errors))
+    turns = frequencies[:, :2] + frequencies[:, 2:]
+    if transposed:
+        turns = turns[:, ::-1]
+    # Several sinusoids of four angles are one of two.
+    common, which = np.unique(turns, axis=0, return_inverse=True)
+    merged = np.zeros(len(common), dtype=complex)
+    np.add.at(merged, which.ravel(), shifted)
+    return CosineSum(np.column_stack([np.abs(merged), common, -np.angle(merged)]))
+
+
+def sum_negative(
+    form: CosineSum, tolerance: float, window: tuple[float, float] = (-_END, _END)
+) -> Halves:
+    """Return where a sum of cosines is negative that is quadratic in u2, and in u1 of degree two or less.
+
+    The polygons cover a window of α1 alone.
+    """
+
+    def at(x: FloatArray, y: FloatArray) -> FloatArray:
+        return form.at(np.column_stack([x, y]))
+
+    def matrices(x: FloatArray) -> Matrices:
+        cc, middle, ss = (
+            at(x, np.full(len(x), angle)) for angle in (0.0, HALF_PI / 2, HALF_PI)
+        )
+        cs = middle - (cc + ss) / 2
+        return Matrices(cc, cs, ss, cs**2 - cc * ss)
+
+    def holds(x: FloatArray, y: FloatArray) -> npt.NDArray[np.bool_]:
+        return at(x, y) < 0
+
+    # A product of a function of α1 and one of α2 vanishes on straight lines.
+    sampled = np.array(matrices(np.linspace(0.0, _FULL, 8, endpoint=False))[:3])
+    entries, sizes, _ = np.linalg.svd(sampled)
+    if sizes[1] <= _RANK_ONE * sizes[0]:
+        cc, cs, ss = entries[:, :1]
+        common = Matrices(cc, cs, ss, cs**2 - cc * ss)
+        lines: list[float] = []
+        if common.discriminant[0] > 0:
+            lines = common.zeros().ravel().tolist()
+
+        def factor(x: FloatArray) -> FloatArray:
+            return np.asarray(entries[:, 0] @ np.array(matrices(x)[:3]))
+
+        breaks = [_zeros_of_degree(2, factor, _FULL)]
+        return _where(holds, Curves(lines=lines), breaks, tolerance, window)
+
+    def discriminant(x: FloatArray) -> FloatArray:
+        return matrices(x).discriminant
+
+    def crossing(y: float) -> FloatArray:
+        return _zeros_of_degree(2, lambda x: at(x, np.full(len(x), y)), _FULL)
+
+    curves = Curves(
+        lambda x: matrices(x).zeros(), Border(form), lambda x: discriminant(x) > 0
+    )
+    breaks = [_zeros_of_degree(4, discriminant, _FULL)]
+    breaks += map(crossing, _BREAKING.tolist())
+    return _where(holds, curves, breaks, tolerance, window)
 
 
 def product_below(

@@ -48,6 +48,9 @@ _CLOSE = 1e-3  # to what share of it a margin is found by bisection
 # By what share the proven margin may miss the found one before boxes are cut.
 _NEAR = 0.2
 _MOST_CUTS = 2
+PROOF = 0.005
+"""By what share of it a size of errors may be more than what a gait is proven to bear, to be called borne."""
+_MOST_BOXES = 20_000  # that one proof takes
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=4)))
 
 
@@ -118,6 +121,24 @@ def drag_margin(
     The parameters are those of :func:`servo_margin`.
     """
     return _Search(points, vehicle, floor, "drag").margin(tolerance)
+
+
+def bears_servo_errors(
+    points: npt.ArrayLike,
+    size: float,
+    vehicle: VehicleLike = PAPER,
+    *,
+    floor: float = DEFAULT_FLOOR,
+) -> bool:
+    """Return whether a gait is proven to bear errors of the tilt angles of a size [rad], to within 0.5 % of the size.
+
+    The other parameters are those of :func:`servo_margin`, whose `proven` may be smaller: here boxes are cut as often as
+    it helps. False if an error of that size breaks a condition, or if the proof would take too long.
+
+    >>> bears_servo_errors(np.zeros((1, 4)), 0.14), bears_servo_errors(np.zeros((1, 4)), 0.15)
+    (True, False)
+    """
+    return _Search(points, vehicle, floor, "servo").bears((1 - PROOF) * size)
 
 
 class Boxes(NamedTuple):
@@ -281,6 +302,32 @@ class _Search:
             fraction=least.at - segment,
             reason=self.hover.reasons[least.condition],
         )
+
+    def bears(self, size: float) -> bool:
+        """Return whether the gait is proven to bear errors of a size."""
+        # Parts of the gait are halved until they are short beside what the proof may miss.
+        parts = self._first_parts()
+        while True:
+            parts = parts[~self._kept(parts, size)]
+            if not len(parts):
+                return True
+            if self._half_width(parts) <= PROOF / 2 * size:
+                break
+            parts = _halved(parts)
+        # Then boxes are cut where they are not proven, which is near few corners.
+        center, half = self._hulls(parts)
+        zero = np.zeros_like(center)
+        boxes = Boxes(center, zero, half + size, zero)
+        left = _MOST_BOXES
+        while len(boxes.angle) <= left:
+            left -= len(boxes.angle)
+            kept, at_corners = self.hover.kept(boxes)
+            if not at_corners.all():
+                return False
+            if kept.all():
+                return True
+            boxes = boxes.at(~kept).cut("servo")
+        return False
 
     def _first_parts(self) -> FloatArray:
         """Return the ends of parts of similar length, in segments, shape (k, 2)."""
