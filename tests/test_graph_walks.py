@@ -152,7 +152,7 @@ def test_ties_are_broken_by_fewest_turns() -> None:
 def test_a_walk_of_one_stop_is_a_point_and_a_blocked_one_names_its_leg() -> None:
     graph = surface_graph()
     walk = closed_walk(graph, [["014 002 red"]], objective="robust")
-    assert walk == ClosedWalk(nodes=("014 002 red",), length=0)
+    assert walk == ClosedWalk(nodes=("014 002 red",), length=0, cost=0)
     graph.remove_edges_from(list(graph.edges("012 004 red")))
     assert closed_walk(
         graph, [["014 002 red"], ["013 003 red"], ["012 004 red"]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -15,6 +16,9 @@ from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface import servo_margin_region
 from tests.test_error_margins import holds, some_gait, some_vehicle, square
 
+if TYPE_CHECKING:
+    from gaitgraph.surface.sheets import Sign
+
 HALF_PI = math.pi / 2
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=4)))
 
@@ -25,7 +29,7 @@ CORNERS = np.array(list(product((-1.0, 1.0), repeat=4)))
 def test_without_a_floor_it_is_the_square_of_the_theory(
     margin: float, drag_ratio: float, spin: str
 ) -> None:
-    vehicle = gg.Vehicle(drag_ratio=drag_ratio, first_rotor_spin=spin)  # type: ignore[arg-type]
+    vehicle = gg.Vehicle(drag_ratio=drag_ratio, first_rotor_spin=spin)
     side = 1 if spin == "clockwise" else -1
     delta = side * math.atan(drag_ratio)
     line = delta - side * margin, delta - side * (HALF_PI - margin)
@@ -46,7 +50,7 @@ def test_a_point_is_inside_exactly_if_no_corner_of_its_errors_breaks_a_condition
     vehicle = some_vehicle(rng) if seed % 3 else square(float(rng.uniform(0.05, 0.6)))
     floor = (0.0, 0.05, 0.1)[seed % 3]
     margin = float(rng.uniform(0.02, 0.3))
-    sign = ("positive", "negative")[seed % 2]
+    sign: Sign = ("positive", "negative")[seed % 2]
     region = servo_margin_region(margin, vehicle, sign=sign, floor=floor)
     points = rng.uniform(-HALF_PI, HALF_PI, (100, 2))
     if region.components:
@@ -55,7 +59,7 @@ def test_a_point_is_inside_exactly_if_no_corner_of_its_errors_breaks_a_condition
         points = np.vstack([points, rng.uniform(*near, (100, 2))])
     points = np.clip(points, -HALF_PI, HALF_PI)
     inside = region.contains(points)
-    outside = ~shapely.covers(region.outer, shapely.points(points))
+    outside = [not region.outer.covers(shapely.Point(point)) for point in points]
     wanted = 1 if sign == "positive" else -1
     exact = gg.invertibility.coefficients_of(vehicle, "exact")
     for point, is_inside, is_outside in zip(points, inside, outside, strict=True):

@@ -11,7 +11,8 @@ Graph metadata (``graph.graph``)
     ``divisions``  intervals n into which [−π/2, π/2] is cut; a step of the grid is π/n [rad], and a type is `?` within
     half a step of a crossing line;
     ``coefficients``  "published", "printed" or "exact"; ``floor``  least singular value that a flyable edge keeps;
-    ``vehicle``  the vehicle's constants as a plain mapping.
+    ``vehicle``  the vehicle's constants as a plain mapping;
+    ``servo_margins``  true if edges have their servo margins, else left out.
 Node ids
     "003 012 red" for the root of that color at the interior grid node α1 = −π/2 + 3π/n, α2 = −π/2 + 12π/n: both
     numbers in three digits, from 1 to n − 1;
@@ -27,9 +28,13 @@ Edge attributes
     ``length`` in the (α1, α2) plane [rad];
     ``jump``, by how much (α3, α4) leave a continuous motion [rad], 0 for an edge that stays on its sheet;
     ``continuous``, whether jump is 0; ``keeps_sign``, whether R keeps its sign along the whole edge;
+    ``R`` of the point of the whole edge where it is nearest to 0, to within 1e-4; 0 if R does not keep its sign;
     ``least_singular_value`` along the whole edge, exact physics, to within 1e-5 on red; 0 on blue, where it is below
     that, and on jumps;
     ``flyable``, whether the edge is continuous, keeps the sign of R and meets the physics along its whole length.
+    ``servo_margin``, if asked for: the smallest error of the tilt angles that was found to break a condition of flight
+    at the ends and in the middle of the edge [rad], to within 1e-6; 0 unless the edge is flyable. What a whole gait is
+    proven to bear :func:`gaitgraph.robustness.servo_margin` returns.
     An edge is a straight segment of the four angles. On a curved sheet it is a chord, which leaves the sheet between
     its ends, and ``jump`` is π where α3 or α4 wraps.
 """
@@ -76,7 +81,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.sheets import Sign
 
 CONTRACT = "gaitgraph surface graph 1"
-_TOLERANCES = {"least_singular_value": 2e-5}
+_TOLERANCES = {"least_singular_value": 2e-5, "R": 2e-4, "servo_margin": 1e-6}
 
 
 def surface_graph(
@@ -88,6 +93,7 @@ def surface_graph(
     waypoints: Sequence[Sequence[float | str]] | npt.ArrayLike = (),
     zones: Zones | None = None,
     floor: float = DEFAULT_FLOOR,
+    servo_margins: bool = False,
 ) -> nx.Graph[Any]:
     """Return the graph of the gait surfaces for one sign of R, with the contract of :mod:`gaitgraph.graph.build`.
 
@@ -106,6 +112,8 @@ def surface_graph(
         The user's keep-out and keep-in polygons; nodes and edges that break them are left out.
     floor
         Least singular value floor of flyable edges, dimensionless.
+    servo_margins
+        Whether edges have a `servo_margin`, which takes milliseconds for each of them.
 
     Examples
     --------
@@ -126,7 +134,15 @@ def surface_graph(
     if zones is not None and len(pairs):
         starts, ends = (nodes.plane[numbers] for numbers in pairs.T)
         pairs = pairs[zones.allow_segments(starts, ends)]
-    columns = edge_attributes(nodes, pairs, wanted, vehicle, coefficients, floor)
+    columns = edge_attributes(
+        nodes,
+        pairs,
+        wanted,
+        vehicle,
+        coefficients,
+        floor,
+        servo_margins=servo_margins,
+    )
 
     metadata = {
         "contract": CONTRACT,
@@ -136,6 +152,8 @@ def surface_graph(
         "floor": floor,
         "vehicle": vehicle.as_mapping(),
     }
+    if servo_margins:
+        metadata["servo_margins"] = True
     graph: nx.Graph[Any] = nx.Graph(name=json.dumps(metadata))
     ids = list(nodes.ids())
     with_types = coefficients.rotors.asymmetry is None
@@ -243,6 +261,7 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
                 for data in off_grid.values()
             ],
             floor=metadata["floor"],
+            servo_margins=metadata.get("servo_margins") is True,
         )
     except (InputError, TypeError) as error:
         raise ContractError(f"graph metadata or waypoints: {error}") from error

@@ -1,7 +1,7 @@
 """The simple closed cycles of surface graphs, one after the other in order of length.
 
-A cycle passes three or more nodes, none of them twice. Cycles come in a total order: by length, compared as whole
-multiples of 1e-12 rad, then by their nodes in canonical form. That form starts at the node that comes first in the
+A cycle passes three or more nodes, none of them twice. Cycles come in a total order: by length, or own cost, compared as
+whole multiples of 1e-12, then by their nodes in canonical form. That form starts at the node that comes first in the
 graph and continues with the earlier of its two neighbours on the cycle; a cycle and its reverse are the same cycle.
 
 A cycle is an edge and a simple path from its end back to its start. With the edges in order and each path over later
@@ -22,9 +22,9 @@ from gaitgraph.angles import checked_number, text_from_angle
 from gaitgraph.graph.build import gait_along, metadata_of, vehicle_and_coefficients
 from gaitgraph.graph.walks import (
     QUANTA_PER_RADIAN,
-    Allowed,
     ClosedWalk,
     EdgeRequirement,
+    Weight,
     allowed_edges,
     quanta_of,
     usable_graph,
@@ -139,6 +139,7 @@ def cycles(
     *,
     max_length: float | None = None,
     require: EdgeRequirement = "valid",
+    weight: Weight | None = None,
 ) -> Iterator[Cycle]:
     """Return a lazy iterator over the simple closed cycles of a surface graph, in order of length, each once.
 
@@ -148,9 +149,12 @@ def cycles(
         A surface graph that keeps the contract of :mod:`gaitgraph.graph.build`, of which a copy is searched;
         ContractError if its metadata are missing.
     max_length
-        Length of the longest cycles [rad], with 1e-9 rad for rounding. None: no limit.
+        Length of the longest cycles [rad], with 1e-9 rad for rounding; with a weight their largest cost. None: no limit.
     require
         Which edges count: "flyable", "valid" (on one sheet, R of one sign) or "two_color" (all).
+    weight
+        Own cost of an edge, by which cycles are ordered instead of their length; see
+        :func:`gaitgraph.graph.walks.closed_walk`.
 
     Notes
     -----
@@ -177,27 +181,30 @@ def cycles(
             "max_length", max_length, "a finite number ≥ 0 (rad) or None"
         )
         most = quanta_of(longest) + _ROUNDING
-    return _cycles_up_to(most, graph.copy(), allowed_edges(require))
+    surface = graph.copy()
+    usable = usable_graph(surface, allowed_edges(require), weight)
+    return _cycles_up_to(most, surface, usable)
 
 
 def _cycles_up_to(
-    most: float, surface: nx.Graph[Any], allowed: Allowed
+    most: float, surface: nx.Graph[Any], usable: nx.Graph[Any]
 ) -> Iterator[Cycle]:
-    """Yield the cycles of a graph up to a length [quanta]."""
+    """Yield the cycles of a graph up to a cost [quanta]."""
     import networkx as nx
 
     number = {name: k for k, name in enumerate(surface)}
-    usable = usable_graph(surface, allowed)
     ranks = nx.get_edge_attributes(usable, "rank")
     through = [_paths_back(usable, *edge, rank) for edge, rank in ranks.items()]
-    for length, _, paths in merge(*through):
-        if length > most:
+    for cost, _, paths in merge(*through):
+        if cost > most:
             return
         for path in sorted(paths, key=lambda path: [number[name] for name in path]):
             # The path leads from the second node of the cycle to the first.
+            length = nx.path_weight(usable, [path[-1], *path], "length")
             yield Cycle(
                 nodes=(path[-1], *path[:-1]),
                 length=length / QUANTA_PER_RADIAN,
+                cost=cost / QUANTA_PER_RADIAN,
                 surface=surface,
             )
 
@@ -205,22 +212,22 @@ def _cycles_up_to(
 def _paths_back(
     usable: nx.Graph[Any], first: Any, second: Any, rank: int
 ) -> Iterator[tuple[int, int, Iterator[list[Any]]]]:
-    """Yield the cycles whose first edge is a given one: lengths in rising order, the rank, and the paths that close it.
+    """Yield the cycles whose first edge is a given one: costs in rising order, the rank, and the paths that close it.
 
-    An edge starts at its earlier node, and edges rank in the order of their nodes. So among equal lengths the rank puts
+    An edge starts at its earlier node, and edges rank in the order of their nodes. So among equal costs the rank puts
     cycles in canonical order.
     """
     import networkx as nx
 
-    def length_of_later(_first: Any, _second: Any, edge: Any) -> int | None:
+    def cost_of_later(_first: Any, _second: Any, edge: Any) -> int | None:
         if edge["rank"] <= rank:
             return None  # networkx leaves the edge out
-        return int(edge["length"])
+        return int(edge["cost"])
 
-    def length_of_cycle(path: list[Any]) -> int:
-        return int(nx.path_weight(usable, [first, *path], "length"))
+    def cost_of_cycle(path: list[Any]) -> int:
+        return int(nx.path_weight(usable, [first, *path], "cost"))
 
-    paths = nx.shortest_simple_paths(usable, second, first, weight=length_of_later)
+    paths = nx.shortest_simple_paths(usable, second, first, weight=cost_of_later)
     with suppress(nx.NetworkXNoPath):
-        for length, ties in groupby(paths, key=length_of_cycle):
-            yield length, rank, ties
+        for cost, ties in groupby(paths, key=cost_of_cycle):
+            yield cost, rank, ties

@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitgraph.angles import wrapped
 from gaitgraph.invertibility import segment_bounds
+from gaitgraph.invertibility.error_margins import servo_margins_found
 from gaitgraph.invertibility.matrices import noise_of
 from gaitgraph.surface.sheets import neighbors_allowed, sheet_jumps
 from gaitgraph.tolerances import ROUND_OFF
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 _SINGULAR_VALUE_TOLERANCE = 1e-5
+_DETERMINANT_TOLERANCE = 1e-4
 
 
 def allowed_pairs(nodes: Nodes, divisions: int) -> IntArray:
@@ -50,12 +52,15 @@ def edge_attributes(
     vehicle: Vehicle,
     coefficients: Coefficients,
     floor: float,
+    *,
+    servo_margins: bool,
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the edge attributes of the contract as arrays of shape (e,), by name; `wanted` is the sign of R, ±1."""
     a, b = pairs.T
     starts, ends = nodes.alpha[a], nodes.alpha[b]
     jump = _jumps(nodes, pairs, coefficients)
-    keeps_sign = _keeps_sign(starts, ends, wanted, coefficients)
+    least_R = _least_determinant(starts, ends, wanted, coefficients)
+    keeps_sign = least_R != 0
     least = np.zeros(len(pairs))
     flyable = np.zeros(len(pairs), dtype=bool)
     smooth = nodes.red[a] & nodes.red[b] & (jump == 0) & keeps_sign
@@ -70,14 +75,33 @@ def edge_attributes(
         # Edges that have their least value in common differ by rounding.
         least[smooth] = np.round(bounds.upper, 12)
         flyable[smooth] = segments_fly(starts[smooth], ends[smooth], floor, vehicle)
-    return {
+    columns = {
         "length": np.linalg.norm((ends - starts)[:, :2], axis=1),
         "jump": jump,
         "continuous": jump == 0,
         "keeps_sign": keeps_sign,
+        "R": least_R,
         "least_singular_value": least,
         "flyable": flyable,
     }
+    if servo_margins:
+        margins = np.zeros(len(pairs))
+        if flyable.any():
+            margins[flyable] = _servo_margins(
+                starts[flyable], ends[flyable], vehicle, floor
+            )
+        columns["servo_margin"] = margins
+    return columns
+
+
+def _servo_margins(
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle, floor: float
+) -> FloatArray:
+    """Return the servo margins that are found at the ends and in the middle of flyable edges, shape (m,) [rad]."""
+    places = np.concatenate([starts, ends, (starts + ends) / 2])
+    distinct, number = np.unique(np.round(places, 12), axis=0, return_inverse=True)
+    margins = servo_margins_found(distinct, vehicle, floor)
+    return np.asarray(margins[number].reshape(3, -1).min(axis=0))
 
 
 def _jumps(nodes: Nodes, pairs: IntArray, coefficients: Coefficients) -> FloatArray:
@@ -93,17 +117,29 @@ def _jumps(nodes: Nodes, pairs: IntArray, coefficients: Coefficients) -> FloatAr
     return np.asarray(np.round(apart, 12).max(axis=1, initial=0.0))
 
 
-def _keeps_sign(
+def _least_determinant(
     starts: FloatArray, ends: FloatArray, wanted: float, coefficients: Coefficients
-) -> BoolArray:
-    """Return whether R has the wanted sign along the whole of each edge."""
+) -> FloatArray:
+    """Return the R nearest to 0 along each edge, 0 unless R has the wanted sign along the whole of it, shape (e,)."""
     if not len(starts):
-        return np.zeros(0, dtype=bool)
+        return np.zeros(0)
     noise = noise_of(coefficients)
-    least = segment_bounds.least_level_determinant(
+    bounded = segment_bounds.least_level_determinant(
         starts, ends, coefficients, sign=wanted, tolerance=0.0, floor=noise, each=True
     )
-    return np.asarray(least.lower >= noise)
+    keeps_sign = bounded.lower >= noise
+    least = np.zeros(len(starts))
+    if keeps_sign.any():
+        exact = segment_bounds.least_level_determinant(
+            starts[keeps_sign],
+            ends[keeps_sign],
+            coefficients,
+            sign=wanted,
+            tolerance=_DETERMINANT_TOLERANCE,
+            each=True,
+        )
+        least[keeps_sign] = wanted * np.maximum(np.round(exact.upper, 12), noise)
+    return least
 
 
 def segments_fly(

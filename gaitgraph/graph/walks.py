@@ -1,7 +1,7 @@
-"""Closed walks on the surface graph: the shortest, or the most robust, through ordered stops.
+"""Closed walks on the surface graph: the shortest, the most robust, or the cheapest at own costs, through ordered stops.
 
-Lengths in the (α1, α2) plane are compared as whole multiples of 1e-12 rad, so that paths of the same length tie
-exactly. Of those the one with the fewest turns is taken, then the one with the fewest steps.
+Lengths in the (α1, α2) plane, and own costs, are compared as whole multiples of 1e-12, so that paths of the same length
+tie exactly. Of those the one with the fewest turns is taken, then the one with the fewest steps.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.errors import checked_choice
+from gaitgraph.angles import checked_number
+from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.tolerances import SAME_ANGLE
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 EdgeRequirement = Literal["flyable", "valid", "two_color"]
 Allowed = Callable[[Mapping[str, Any]], bool]
+Weight = str | Callable[[Any, Any, Any], float | None]
+"""Own cost of an edge, as in networkx: the name of an attribute, or a function of both nodes and the attributes."""
 
 QUANTA_PER_RADIAN = 1e12
 MOST_ANY_ORDER = 9
@@ -48,14 +51,66 @@ def quanta_of(length: float) -> int:
     return int(length * QUANTA_PER_RADIAN + 0.5)
 
 
-def usable_graph(graph: nx.Graph[Any], allowed: Allowed) -> nx.Graph[Any]:
-    """Return the allowed edges of a graph, each with its `length` in quanta and its `least_singular_value`.
+def check_weight(weight: object) -> None:
+    """Raise InputError unless a weight is None, a text or a function."""
+    if not (weight is None or isinstance(weight, str) or callable(weight)):
+        raise InputError(
+            f"weight must be the name of an edge attribute or a function, got {shown(weight)}",
+            field="weight",
+        )
 
-    Nodes are in the order of the graph. Edges are in the order of their two nodes, and `rank` counts them from 0.
+
+def cost_function(
+    graph: nx.Graph[Any], weight: Weight | None
+) -> Callable[[Any, Any, Mapping[str, Any]], float | None]:
+    """Return the cost of an edge as a function of its nodes and attributes; None, where it returns None, hides the edge.
+
+    The length by default. As in networkx an edge without a named attribute costs 1; InputError if no edge has it, if a
+    cost is negative or no number, or if it depends on the direction.
+    """
+    check_weight(weight)
+    if weight is None:
+        return lambda first, second, edge: float(edge["length"])
+    if isinstance(weight, str):
+        name = weight
+        if graph.size() and not any(
+            name in edge for *_, edge in graph.edges(data=True)
+        ):
+            raise InputError(
+                f"weight must be the name of an edge attribute, got {shown(name)}, which no edge has",
+                field="weight",
+            )
+        return lambda first, second, edge: _checked_cost(edge.get(name, 1))
+    own = weight
+
+    def cost(first: Any, second: Any, edge: Mapping[str, Any]) -> float | None:
+        there, back = own(first, second, edge), own(second, first, edge)
+        if there != back:
+            raise InputError(
+                f"weight must be the same in both directions, got {shown(there)} and {shown(back)} between {first} "
+                f"and {second}",
+                field="weight",
+            )
+        return None if there is None else _checked_cost(there)
+
+    return cost
+
+
+def _checked_cost(value: object) -> float:
+    return checked_number("weight", value, "a finite number ≥ 0 for each edge")
+
+
+def usable_graph(
+    graph: nx.Graph[Any], allowed: Allowed, weight: Weight | None = None
+) -> nx.Graph[Any]:
+    """Return the allowed edges of a graph, with their `length` and `cost` in quanta, and `least_singular_value`.
+
+    The cost is the length unless there is a weight. Nodes are in the order of the graph. Edges are in the order of their two nodes, and `rank` counts them from 0.
     """
     import networkx as nx
 
     number = {name: k for k, name in enumerate(graph)}
+    cost_of = cost_function(graph, weight)
     edges = []
     for first, second, edge in graph.edges(data=True):
         if first != second and allowed(edge):
@@ -65,11 +120,15 @@ def usable_graph(graph: nx.Graph[Any], allowed: Allowed) -> nx.Graph[Any]:
     usable: nx.Graph[Any] = nx.Graph()
     usable.add_nodes_from(graph)
     for rank, (first, second, edge) in enumerate(edges):
+        cost = cost_of(first, second, edge)
+        if cost is None:
+            continue
         usable.add_edge(
             first,
             second,
             rank=rank,
             length=quanta_of(edge["length"]),
+            cost=quanta_of(cost),
             least_singular_value=edge["least_singular_value"],
         )
     return usable
@@ -77,10 +136,11 @@ def usable_graph(graph: nx.Graph[Any], allowed: Allowed) -> nx.Graph[Any]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosedWalk:
-    """A closed walk: its nodes, the first not repeated, and its length [rad]."""
+    """A closed walk: its nodes, the first not repeated, its length [rad], and its cost, the length without a weight."""
 
     nodes: tuple[Any, ...]
     length: float
+    cost: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,6 +156,7 @@ def closed_walk(
     *,
     require: EdgeRequirement = "valid",
     objective: Literal["shortest", "robust"] = "shortest",
+    weight: Weight | None = None,
 ) -> ClosedWalk | Blocked:
     """Return the best closed walk through ordered stops and back to the first, or which leg blocks it.
 
@@ -112,6 +173,10 @@ def closed_walk(
     objective
         "shortest" in the (α1, α2) plane, or "robust": the best worst case of the edges' least singular value, then the
         shortest.
+    weight
+        Own cost of an edge instead of its length, as in networkx: the name of an edge attribute, or a function of both
+        nodes and the edge's attributes, of which the cost is at least 0 and the same in both directions; None hides
+        the edge. InputError otherwise.
 
     Examples
     --------
@@ -123,7 +188,7 @@ def closed_walk(
     """
     import networkx as nx
 
-    usable = usable_graph(graph, allowed_edges(require))
+    usable = usable_graph(graph, allowed_edges(require), weight)
     if objective == "robust":
         least = _best_worst_case(usable, stops)
         values = nx.get_edge_attributes(usable, "least_singular_value")
@@ -139,26 +204,29 @@ def closed_walk(
         for options in [*stops[1:], [first]]:
             following: dict[Any, tuple[float, list[Any]]] = {}
             for option, (node, (so_far, chosen)) in product(options, reached.items()):
-                total = so_far + paths.length(node, option)
+                total = so_far + paths.cost(node, option)
                 if total < following.get(option, (math.inf, []))[0]:
                     following[option] = (total, [*chosen, option])
             reached = following
         best = min(best, reached.get(first, best), key=lambda choice: choice[0])
-    length, chosen = best
+    cost, chosen = best
     if not chosen:
         return Blocked(leg=_blocked_leg(stops, paths))
     nodes = []
     for source, target in pairwise(chosen):
         nodes += paths.path(source, target)[:-1]
+    length = nx.path_weight(usable, [*nodes, chosen[0]], "length")
     return ClosedWalk(
-        nodes=tuple(nodes) or (chosen[0],), length=length / QUANTA_PER_RADIAN
+        nodes=tuple(nodes) or (chosen[0],),
+        length=length / QUANTA_PER_RADIAN,
+        cost=cost / QUANTA_PER_RADIAN,
     )
 
 
 def _blocked_leg(stops: Sequence[Sequence[Any]], paths: _Paths) -> int:
     """Return the first leg that no path serves; the last one if each has a path, but not from the same nodes."""
     for leg, ends in enumerate(pairwise(stops)):
-        if all(math.isinf(paths.length(a, b)) for a, b in product(*ends)):
+        if all(math.isinf(paths.cost(a, b)) for a, b in product(*ends)):
             return leg
     return len(stops) - 1
 
@@ -182,7 +250,7 @@ def _best_worst_case(usable: nx.Graph[Any], stops: Sequence[Sequence[Any]]) -> f
 
 
 class _Paths:
-    """The shortest paths between nodes of a usable graph, kept once they are found."""
+    """The cheapest paths between nodes of a usable graph, kept once they are found."""
 
     def __init__(self, graph: nx.Graph[Any], usable: nx.Graph[Any]) -> None:
         self._usable = usable
@@ -193,21 +261,21 @@ class _Paths:
         self._found: dict[Any, tuple[dict[Any, list[Any]], dict[Any, float]]] = {}
 
     def _from(self, source: Any) -> tuple[dict[Any, list[Any]], dict[Any, float]]:
-        """Return the nodes before each node on the shortest paths from a source, and the lengths [quanta]."""
+        """Return the nodes before each node on the cheapest paths from a source, and the costs [quanta]."""
         import networkx as nx
 
         if source not in self._found:
             self._found[source] = nx.dijkstra_predecessor_and_distance(
-                self._usable, source, weight="length"
+                self._usable, source, weight="cost"
             )
         return self._found[source]
 
-    def length(self, source: Any, target: Any) -> float:
-        """Return the length of the shortest path [quanta], infinite if there is none."""
+    def cost(self, source: Any, target: Any) -> float:
+        """Return the cost of the cheapest path [quanta], infinite if there is none."""
         return self._from(source)[1].get(target, math.inf)
 
     def path(self, source: Any, target: Any) -> list[Any]:
-        """Return the nodes of the shortest path, both ends included, with the fewest turns, then the fewest steps."""
+        """Return the nodes of the cheapest path, both ends included, with the fewest turns, then the fewest steps."""
         import networkx as nx
 
         if source == target:
@@ -239,19 +307,24 @@ class _Paths:
 
 
 def best_order(
-    graph: nx.Graph[Any], stops: Sequence[Any], *, require: EdgeRequirement = "valid"
+    graph: nx.Graph[Any],
+    stops: Sequence[Any],
+    *,
+    require: EdgeRequirement = "valid",
+    weight: Weight | None = None,
 ) -> tuple[int, ...] | None:
     """Return the order of stops with a short closed walk, the shortest up to nine stops; None if there is none.
 
-    Each stop is a node; the order counts them from 0, and the first one stays first; see :func:`shortest_order`.
+    Each stop is a node; the order counts them from 0, and the first one stays first; see :func:`shortest_order`. With a
+    `weight`, as in :func:`closed_walk`, the order is that of a cheap walk.
 
     >>> from gaitgraph.graph.build import surface_graph
     >>> corners = [(14, 2), (10, 6), (14, 6), (10, 2)]
     >>> best_order(surface_graph("negative"), [f"{i:03} {j:03} red" for i, j in corners])
     (0, 2, 1, 3)
     """
-    paths = _Paths(graph, usable_graph(graph, allowed_edges(require)))
-    return shortest_order(len(stops), lambda a, b: paths.length(stops[a], stops[b]))
+    paths = _Paths(graph, usable_graph(graph, allowed_edges(require), weight))
+    return shortest_order(len(stops), lambda a, b: paths.cost(stops[a], stops[b]))
 
 
 def shortest_order(

@@ -50,6 +50,7 @@ _NEAR = 0.2
 _MOST_CUTS = 2
 PROOF = 0.005
 """By what share of it a size of errors may be more than what a gait is proven to bear, to be called borne."""
+_POSTURES = 1024  # that are judged at once
 _MOST_BOXES = 20_000  # that one proof takes
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=4)))
 
@@ -139,6 +140,18 @@ def bears_servo_errors(
     (True, False)
     """
     return _Search(points, vehicle, floor, "servo").bears((1 - PROOF) * size)
+
+
+def servo_margins_found(
+    postures: FloatArray, vehicle: Vehicle, floor: float
+) -> FloatArray:
+    """Return the smallest errors that were found to break a condition at each of some postures, (k, 4), shape (k,) [rad].
+
+    R has one sign at all of them. They are the `found` of :func:`servo_margin`, to 1e-7 rad, and 89° where none breaks one.
+    """
+    search = _Search(postures, vehicle, floor, "servo")
+    parts = np.split(postures, range(_POSTURES, len(postures), _POSTURES))
+    return np.concatenate([search._sizes_found(part, 24) for part in parts])
 
 
 class Boxes(NamedTuple):
@@ -311,6 +324,11 @@ class _Search:
             parts = parts[~self._kept(parts, size)]
             if not len(parts):
                 return True
+            at_ends = self._at(np.unique(parts))
+            zero, errors = np.zeros_like(at_ends), np.full_like(at_ends, size)
+            _, at_corners = self.hover.kept(Boxes(at_ends, zero, errors, zero))
+            if not at_corners.all():
+                return False
             if self._half_width(parts) <= PROOF / 2 * size:
                 break
             parts = _halved(parts)
@@ -394,32 +412,36 @@ class _Search:
 
     def _found(self, places: FloatArray) -> _Found:
         """Return the smallest errors, of the corners of boxes, that were found to break a condition at some places."""
-        angle = np.repeat(self._at(places), 16, axis=0)
-        corners = np.tile(_CORNERS, (len(places), 1))
-
-        def broken(sizes: FloatArray) -> IntArray:
-            errors = np.repeat(sizes, 16)[:, None] * corners
-            if self.kind == "servo":
-                matrices = self.hover.matrices(angle + errors, np.zeros_like(errors))
-            else:
-                matrices = self.hover.matrices(angle, errors)
-            return self.hover.broken(matrices, self.sign).reshape(-1, 16)
-
-        low = np.zeros(len(places))
-        high = np.full(len(places), _LARGEST[self.kind])
-        high[broken(low).any(axis=1)] = 0.0
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2
-            is_broken = broken(middle).any(axis=1)
-            high = np.where(is_broken, middle, high)
-            low = np.where(is_broken, low, middle)
-        worst = int(high.argmin())
-        conditions = broken(high)[worst]
+        sizes = self._sizes_found(self._at(places), _BISECTIONS)
+        worst = int(sizes.argmin())
+        conditions = self._broken(self._at(places[[worst]]), sizes[[worst]])[0]
         corner = int((conditions > 0).argmax())
-        size, errors = float(high[worst]), np.zeros(4)
+        size, errors = float(sizes[worst]), np.zeros(4)
         if conditions[corner]:
             errors = size * _CORNERS[corner]
         return _Found(size, float(places[worst]), errors, int(conditions[corner]))
+
+    def _sizes_found(self, points: FloatArray, bisections: int) -> FloatArray:
+        """Return the smallest errors of corners of boxes that break a condition at points (k, 4), shape (k,)."""
+        low = np.zeros(len(points))
+        high = np.full(len(points), _LARGEST[self.kind])
+        high[self._broken(points, low).any(axis=1)] = 0.0
+        for _ in range(bisections):
+            middle = (low + high) / 2
+            is_broken = self._broken(points, middle).any(axis=1)
+            high = np.where(is_broken, middle, high)
+            low = np.where(is_broken, low, middle)
+        return high
+
+    def _broken(self, points: FloatArray, sizes: FloatArray) -> IntArray:
+        """Return the numbers of the conditions that the corners of boxes around points break, shape (k, 16)."""
+        angle = np.repeat(points, 16, axis=0)
+        errors = np.repeat(sizes, 16)[:, None] * np.tile(_CORNERS, (len(points), 1))
+        if self.kind == "servo":
+            matrices = self.hover.matrices(angle + errors, np.zeros_like(errors))
+        else:
+            matrices = self.hover.matrices(angle, errors)
+        return self.hover.broken(matrices, self.sign).reshape(-1, 16)
 
 
 def _halved(parts: FloatArray) -> FloatArray:

@@ -98,6 +98,8 @@ def _straight_loop(branch: Branch, *, robust: bool) -> Loop | None:
         holds = straight_loop_holds(branch)
     if holds and robust:
         holds = _is_most_robust(loop)
+    if holds and branch.servo_margin:
+        holds = loop.bears_servo_errors
     return loop if holds else None
 
 
@@ -311,15 +313,30 @@ def prepared_region(
         floor=floor,
         zones=request.zones,
         accuracy=accuracy or request.accuracy,
+        margin=branch.servo_margin,
+        margin_floor=request.floor,
     )
 
 
 @lru_cache(maxsize=32)
-def _prepared(**asked: Any) -> PreparedRegion:
+def _prepared(margin: float, margin_floor: float, **asked: Any) -> PreparedRegion:
     """Return a prepared region, kept for the next request; with "valid" the floor is that of a robust loop or 0."""
-    from gaitgraph.surface.admissible import admissible_region, singular_value_region
+    from gaitgraph.surface.admissible import (
+        admissible_region,
+        servo_margin_region,
+        singular_value_region,
+    )
 
     region = admissible_region(**asked)
+    if margin:
+        # Without errors a robust loop keeps more than the floor, with errors the floor.
+        region &= servo_margin_region(
+            margin,
+            asked["vehicle"],
+            sign=asked["sign"],
+            floor=margin_floor,
+            accuracy=asked["accuracy"],
+        )
     if asked["require"] == "valid" and asked["floor"] > 0:
         region = region & singular_value_region(
             asked["floor"], asked["vehicle"], accuracy=asked["accuracy"]

@@ -92,6 +92,11 @@ class Branch:
         """The sign of R as +1 or −1."""
         return 1.0 if self.sign == "positive" else -1.0
 
+    @property
+    def servo_margin(self) -> float:
+        """The servo margin that loops keep [rad]; 0 for those that only obey the paper's rules."""
+        return self.request.servo_margin if self.require == "flyable" else 0.0
+
     def lifted(self, points: Sequence[Point]) -> Gait:
         """Return the gait above points (α1, α2) on the sheet of this color."""
         return lift(

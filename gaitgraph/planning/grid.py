@@ -31,6 +31,8 @@ def grid_loop(
     progress: Callable[[str], None] | None,
 ) -> Loop | Refusal:
     """Return the best loop of a branch on the graph of its sign of R, or why there is none."""
+    import networkx as nx
+
     request = branch.request
     rootless = branch.rootless()
     if rootless:
@@ -42,15 +44,25 @@ def grid_loop(
         [node for node in nodes if graph.nodes[node]["color"] == branch.color]
         for nodes in nodes_above(graph, request.waypoints)
     ]
+    if branch.servo_margin:
+        graph = graph.copy()
+        margins = nx.get_edge_attributes(graph, "servo_margin")
+        graph.remove_edges_from(
+            pair for pair, margin in margins.items() if margin < branch.servo_margin
+        )
     order = tuple(range(len(stops)))
     if request.any_order:
         first_nodes = [nodes[0] for nodes in stops]
-        order = best_order(graph, first_nodes, require=branch.require) or order
+        best = best_order(
+            graph, first_nodes, require=branch.require, weight=request.weight
+        )
+        order = best or order
     walk = closed_walk(
         graph,
         [stops[k] for k in order],
         require=branch.require,
         objective=request.objective,
+        weight=request.weight,
     )
     if isinstance(walk, Blocked):
         ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
@@ -60,6 +72,7 @@ def grid_loop(
         sign=branch.sign,
         order=order,
         request=request,
+        cost=None if request.weight is None else walk.cost,
     )
 
 
@@ -130,4 +143,5 @@ def request_graph(
         waypoints=request.waypoints,
         zones=request.zones,
         floor=request.floor,
+        servo_margins=request.servo_margin > 0 or request.weight is not None,
     )

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gaitgraph.planning.request import Point
     from gaitgraph.surface.region import Points, Region, Requirement
     from gaitgraph.surface.sheets import SignChoice
-    from gaitgraph.vehicle import VehicleLike
+    from gaitgraph.vehicle import Angle, VehicleLike
 
 _WIDTH = 110
 
@@ -37,6 +37,7 @@ def location_of(
     keep_out: Sequence[Points] = PlanRequest.keep_out,
     keep_in: Sequence[Points] = PlanRequest.keep_in,
     accuracy: float = PlanRequest.accuracy,
+    servo_margin: Angle = PlanRequest.servo_margin,
 ) -> Location:
     """Return in which part of the admissible regions each waypoint lies, and whether a loop can join them all.
 
@@ -49,7 +50,7 @@ def location_of(
         where R has the sign.
     color, sign
         The sheet, "red" or "blue", and the sign of R: "positive", "negative" or "auto", which is both.
-    vehicle, coefficients, floor, keep_out, keep_in, accuracy
+    vehicle, coefficients, floor, keep_out, keep_in, accuracy, servo_margin
         As for :func:`gaitgraph.planning.planner.plan_loop`.
 
     Raises
@@ -77,6 +78,7 @@ def location_of(
         keep_out=keep_out,
         keep_in=keep_in,
         accuracy=accuracy,
+        servo_margin=servo_margin,
     )
     return located(request)
 

@@ -6,7 +6,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gaitgraph.graph.walks import MOST_ANY_ORDER
+from gaitgraph.invertibility.error_margins import (
+    PROOF,
+    bears_servo_errors,
+    servo_margin,
+)
 from gaitgraph.records import Record
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.timed_gait import TimedGait
@@ -14,6 +21,8 @@ from gaitgraph.validation.report import verdict_of
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.error_margins import ErrorMargin
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.planning.request import PlanRequest
     from gaitgraph.surface.sheets import Sign
     from gaitgraph.validation.report import Report
@@ -26,7 +35,8 @@ class Loop(Record):
     `path` is a gait through every node that the loop passes, the first not repeated; `order` has the waypoints of the
     `request`, counted from 0, in the order in which the loop visits them. `lower_bound`, of an any-angle loop, is a
     lower bound of the length of all loops through these waypoints in this order, in the required region [rad]. With
-    `any_order` no other order makes a shorter loop if `order_exact`; otherwise the order is approximate.
+    `any_order` no other order makes a shorter loop if `order_exact`; otherwise the order is approximate. `cost` is that
+    of a walk on the grid with a weight of the request.
     """
 
     path: Gait
@@ -34,6 +44,7 @@ class Loop(Record):
     order: tuple[int, ...]
     request: PlanRequest
     lower_bound: float | None = None
+    cost: float | None = None
 
     def reversed(self) -> Loop:
         """Return the loop run in the other direction, from the same waypoint."""
@@ -57,6 +68,29 @@ class Loop(Record):
             gait=self.gait, period=self.request.period, law=self.request.law, samples=1
         )
         return self.checks.with_timing(timed)
+
+    @cached_property
+    def servo_margin(self) -> ErrorMargin:
+        """The largest errors of the tilt angles that the loop bears, with the floor of the request."""
+        vehicle, floor = self.request.vehicle, self.request.floor
+        margin = servo_margin(self._closed, vehicle, floor=floor)
+        asked = (1 - PROOF) * self.request.servo_margin
+        if margin.proven < asked and self.bears_servo_errors:
+            margin = replace(margin, proven=asked)
+        return margin
+
+    @cached_property
+    def bears_servo_errors(self) -> bool:
+        """Whether the loop is proven to bear the servo margin of the request, to within 0.5 %."""
+        request = self.request
+        return bears_servo_errors(
+            self._closed, request.servo_margin, request.vehicle, floor=request.floor
+        )
+
+    @property
+    def _closed(self) -> FloatArray:
+        alpha = self.gait.alpha
+        return np.concatenate([alpha, alpha[:1]])
 
     @property
     def color(self) -> str:

@@ -24,8 +24,9 @@ from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import any_angle_loop, with_nearest
-from gaitgraph.planning.branch import Refusal, branches_of
+from gaitgraph.planning.branch import Branch, Refusal, branches_of
 from gaitgraph.planning.grid import grid_loop, request_graph
+from gaitgraph.planning.loop import Loop
 from gaitgraph.planning.request import PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.validation.report import verdict_of
@@ -34,16 +35,18 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
+    import networkx as nx
+
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.graph.walks import Weight
     from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.planning.loop import Loop
     from gaitgraph.planning.request import Method, Objective, Point
     from gaitgraph.surface.region import Points, Requirement
-    from gaitgraph.surface.sheets import ColorChoice, SignChoice
+    from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
     from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
-    from gaitgraph.vehicle import VehicleLike
+    from gaitgraph.vehicle import Angle, VehicleLike
 
 _WIDTH = 110
 # A plan without a loop as plain values, in the order in which files have them.
@@ -140,9 +143,13 @@ class Plan(Pictured):
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""
         loop = {} if self.loop is None else self.loop.as_mapping()
+        margin = {}
+        if self.request.servo_margin:
+            margin = self._margin_as_mapping()
         return {
             **_NO_LOOP,
             **loop,
+            **margin,
             "status": self.status,
             "reason": self.reason,
             "advice": self.advice,
@@ -154,6 +161,15 @@ class Plan(Pictured):
             "method": self.request.method,
             "request": self.request.as_mapping(),
         }
+
+    def _margin_as_mapping(self) -> dict[str, float | None]:
+        """Return the servo margin of the loop, proven and found, as robustness does."""
+        proven = found = None
+        if self.loop is not None:
+            margin = self.loop.servo_margin
+            proven = math.degrees(margin.proven)
+            found = None if margin.found is None else math.degrees(margin.found)
+        return {"servo_margin_deg": proven, "servo_margin_found_deg": found}
 
     def __str__(self) -> str:
         lines = self._refusal_lines
@@ -179,7 +195,11 @@ class Plan(Pictured):
         if not loop.length:
             head = f"{_POSTURE[0].upper()}{_POSTURE[1:]}"
         corners = loop.gait.corner_lines
-        return [head, self._conditions, "", *corners, "", *loop.report.lines]
+        lines = [head, self._conditions, "", *corners, "", *loop.report.lines]
+        if self.request.servo_margin:
+            proven = degrees_below(loop.servo_margin.proven)
+            lines.append(f"bears errors of the servos up to {proven}")
+        return lines
 
     @property
     def _refusal_lines(self) -> list[str]:
@@ -228,6 +248,8 @@ def plan_loop(
     law: LawName = PlanRequest.law,
     floor: float = PlanRequest.floor,
     require: Requirement = PlanRequest.require,
+    servo_margin: Angle = PlanRequest.servo_margin,
+    weight: Weight | None = PlanRequest.weight,
     progress: Callable[[str], None] | None = None,
 ) -> Plan:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
@@ -258,7 +280,7 @@ def plan_loop(
         Run the loop in the other direction.
     method
         "exact": the any-angle method, which finds the shortest loops of all; "grid": the paper's grid graph. By
-        default the grid if `divisions` are given, else exact.
+        default the grid if `divisions` or a `weight` are given, else exact.
     accuracy
         With the method "exact": largest distance from a curved border to the polygon inside it [rad], 1e-9 to 0.1.
     period, law
@@ -267,6 +289,11 @@ def plan_loop(
         Least singular value that a flyable loop keeps, dimensionless.
     require
         "flyable": a loop that can fly, or none; "valid": if none can fly, one that obeys the paper's rules.
+    servo_margin
+        Errors of the tilt angles, each angle's its own, that the loop is proven to bear to within 0.5 %
+        (:func:`gaitgraph.robustness.servo_margin`): a number [rad] or a text such as "15deg". 0 asks for none.
+    weight
+        Own cost of an edge, with the method "grid": see :func:`gaitgraph.graph.walks.closed_walk`.
     progress
         Called with a line of text before each step of long work.
 
@@ -300,6 +327,8 @@ def plan_loop(
         law=law,
         floor=floor,
         require=require,
+        servo_margin=servo_margin,
+        weight=weight,
     )
     return plan(request, progress=progress)
 
@@ -320,10 +349,7 @@ def plan(
         loops: list[Loop] = []
         refusals: list[Refusal] = []
         for branch in branches_of(request, require):
-            if request.method == "exact":
-                answer = any_angle_loop(branch, progress)
-            else:
-                answer = grid_loop(branch, graph_of, progress)
+            answer = _loop_of(branch, graph_of, progress)
             if isinstance(answer, Refusal):
                 refusals.append(answer)
             else:
@@ -334,8 +360,10 @@ def plan(
     if request.require == "flyable":
         if flyable and flyable[0].report.flyable:
             return _planned(request, flyable, refusals)
-        # Loops that only obey the paper's rules are listed beside the refusal.
         refused = _refused(request, flyable, refusals)
+        if request.servo_margin:
+            return _with_less_margin(refused, progress)
+        # Loops that only obey the paper's rules are listed beside the refusal.
         others = _distinct([*flyable, *search("valid")[0]])
         if not others:
             return refused
@@ -345,6 +373,49 @@ def plan(
     if not loops:
         return _refused(request, loops, refusals)
     return _planned(request, loops, refusals)
+
+
+def _loop_of(
+    branch: Branch,
+    graph_of: Callable[[Sign], nx.Graph[Any]],
+    progress: Callable[[str], None] | None,
+) -> Loop | Refusal:
+    """Return the best loop of a branch, proven to keep its servo margin, or why there is none."""
+    if branch.request.method == "exact":
+        answer = any_angle_loop(branch, progress)
+    else:
+        answer = grid_loop(branch, graph_of, progress)
+    if not isinstance(answer, Loop) or not branch.servo_margin:
+        return answer
+    if answer.bears_servo_errors:
+        return answer
+    return _not_proven(answer)
+
+
+def _not_proven(loop: Loop) -> Refusal:
+    """Return what errors of the servos a loop bears that is not proven to bear those of its request."""
+    margin = loop.servo_margin
+    message = f"{loop.color}, {RELATION[loop.sign]}: the best loop is not proven to bear errors of the servos of "
+    message += f"{math.degrees(loop.request.servo_margin):.4g}°, but of {degrees_below(margin.proven)}"
+    if margin.found is not None:
+        message += f"; with {math.degrees(margin.found):.2f}° {margin.reason}"
+    return Refusal(color="red", sign=loop.sign, kind="limit", message=message)
+
+
+def _with_less_margin(refused: Plan, progress: Callable[[str], None] | None) -> Plan:
+    """Return a plan without a loop with the loops that keep less than its servo margin, and how much the best keeps."""
+    others = plan(replace(refused.request, servo_margin=0.0), progress=progress)
+    if others.loop is None:
+        return refused
+    loops = (others.loop, *others.alternatives)
+    most = max(loop.servo_margin.proven for loop in loops)
+    advice = f"without a servo margin there are loops, which bear errors of {degrees_below(most)} at most"
+    return replace(refused, advice=advice, alternatives=loops)
+
+
+def degrees_below(angle: float) -> str:
+    """Return an angle in degrees, rounded down to one digit."""
+    return f"{math.floor(10 * math.degrees(angle)) / 10:.1f}°"
 
 
 def _preference(loop: Loop) -> tuple[Any, ...]:
@@ -361,7 +432,7 @@ def _preference(loop: Loop) -> tuple[Any, ...]:
         not timeless,
         not report.valid,
         -robustness,
-        round(loop.length, 9),
+        round(loop.length if loop.cost is None else loop.cost, 9),
         loop.color != "red",
         loop.sign != "positive",
     )

@@ -35,6 +35,7 @@ from gaitgraph.graph.nodes import (
     checked_divisions,
     checked_waypoints,
 )
+from gaitgraph.graph.walks import Weight, check_weight
 from gaitgraph.invertibility.coefficients import Kind, coefficients_of
 from gaitgraph.io.formats import (
     holds_request,
@@ -43,6 +44,7 @@ from gaitgraph.io.formats import (
     unchecked_table,
 )
 from gaitgraph.records import Record
+from gaitgraph.surface.admissible import checked_servo_margin
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import (
     Corners,
@@ -111,6 +113,8 @@ class PlanRequest(Record):
     law: LawName = DEFAULT_LAW
     floor: float = DEFAULT_FLOOR
     require: Requirement = "flyable"
+    servo_margin: float = 0.0
+    weight: Weight | None = None
     merged: int = 0
 
     def __post_init__(self) -> None:
@@ -131,6 +135,7 @@ class PlanRequest(Record):
             "accuracy": checked_accuracy(self.accuracy),
             "period": float(self.period),
             "floor": checked_number("floor", self.floor),
+            "servo_margin": checked_servo_margin(self.servo_margin, self.require),
             "merged": self.merged + len(points) - len(groups),
         }
         for name, words in CHOICES.items():
@@ -141,6 +146,11 @@ class PlanRequest(Record):
                 raise InputError(
                     f"{name} must be true or false, got {shown(flag)}", field=name
                 )
+        check_weight(self.weight)
+        if self.weight is not None and self.method != "grid":
+            raise InputError(
+                "weight must be left out unless the method is grid", field="weight"
+            )
         for name, value in checked.items():
             object.__setattr__(self, name, value)  # the record is frozen
 
@@ -153,8 +163,10 @@ class PlanRequest(Record):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was changed, and which polygons have no effect."""
+        """What was changed, which polygons have no effect, and what files do not hold."""
         notes = merge_notes(self.merged)
+        if callable(self.weight):
+            notes += ("weight is a function, which files of this plan do not hold",)
         if self.zones is not None:
             notes += self.zones.notes
         return notes
@@ -162,6 +174,11 @@ class PlanRequest(Record):
     def as_mapping(self) -> dict[str, Any]:
         """Return the request as plain values, under the names that a request file uses."""
         plain = {name: getattr(self, name) for name in REQUEST_FIELDS}
+        # What is not asked for is not stated, nor a function.
+        if not self.servo_margin:
+            del plain["servo_margin"]
+        if not isinstance(self.weight, str):
+            del plain["weight"]
         plain["waypoints"] = [list(point) for point in self.waypoints]
         plain["vehicle"] = self.vehicle.as_mapping()
         for name in ("keep_out", "keep_in"):
@@ -182,7 +199,7 @@ def plan_request(
     method: Method | None = None,
     **options: Any,
 ) -> PlanRequest:
-    """Return the request for a plan through one or more waypoints; divisions that are given ask for the grid.
+    """Return the request for a plan through one or more waypoints; divisions or a weight ask for the grid.
 
     The other options are those of :func:`gaitgraph.planning.planner.plan_loop`; InputError if one is malformed.
 
@@ -191,7 +208,8 @@ def plan_request(
     (1, 'exact', 'published')
     """
     if method is None:
-        method = "exact" if divisions is None else "grid"
+        on_grid = divisions is not None or options.get("weight") is not None
+        method = "grid" if on_grid else "exact"
     if divisions is None:
         divisions = DEFAULT_DIVISIONS
     given: Any = waypoints
