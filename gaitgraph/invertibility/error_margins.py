@@ -18,7 +18,7 @@ and it is at least that of the corners, less what each column deviates from a me
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -140,6 +140,22 @@ def bears_servo_errors(
     (True, False)
     """
     return _Search(points, vehicle, floor, "servo").bears((1 - PROOF) * size)
+
+
+def closest_servo_margin(
+    points: npt.ArrayLike,
+    vehicle: VehicleLike = PAPER,
+    *,
+    floor: float = DEFAULT_FLOOR,
+) -> ErrorMargin:
+    """Return :func:`servo_margin`, where possible with what is proven within 1 % of what is found; a second at most."""
+    margin = servo_margin(points, vehicle, floor=floor, tolerance=PROOF)
+    if margin.found is None or margin.proven >= (1 - 2 * PROOF) * margin.found:
+        return margin
+    size = (1 - PROOF) * margin.found
+    if bears_servo_errors(points, size, vehicle, floor=floor):
+        margin = replace(margin, proven=max(margin.proven, (1 - PROOF) * size))
+    return margin
 
 
 def servo_margins_found(

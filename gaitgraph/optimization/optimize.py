@@ -10,6 +10,7 @@ is found (:mod:`gaitgraph.optimization.least_effort`).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
@@ -18,6 +19,7 @@ import numpy.typing as npt
 import shapely
 
 from gaitgraph.angles import (
+    HALF_PI,
     angle_within,
     checked_number,
     is_list,
@@ -28,6 +30,7 @@ from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.graph.nodes import checked_waypoints
 from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.error_margins import closest_servo_margin
 from gaitgraph.invertibility.matrices import largest_least_singular_value
 from gaitgraph.optimization import least_effort
 from gaitgraph.pictured import Pictured
@@ -35,6 +38,7 @@ from gaitgraph.planning.request import groups_of_repeats, merge_notes
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import (
     admissible_region,
+    servo_margin_region,
     singular_value_region,
     thrust_region,
     why_empty,
@@ -55,7 +59,7 @@ from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from shapely.geometry.base import BaseGeometry
 
@@ -65,10 +69,11 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop
     from gaitgraph.surface.region import Points, Region
+    from gaitgraph.surface.sheets import Sign
 
-Objective = Literal["singular_value", "hover_reserve"]
+Objective = Literal["singular_value", "hover_reserve", "servo_margin"]
 
-OBJECTIVES = ("singular_value", "hover_reserve")
+OBJECTIVES = ("singular_value", "hover_reserve", "servo_margin")
 """The objectives, the default first."""
 
 CLEARANCE = 1e-5
@@ -86,6 +91,7 @@ _CHORD = 1e-4
 _TEXTS = {  # name and unit of each objective
     "singular_value": ("least singular value along the gait", ""),
     "hover_reserve": ("hover reserve along the gait", " of m·g"),
+    "servo_margin": ("servo margin of the gait", " rad"),
 }
 
 
@@ -281,7 +287,8 @@ def optimal_gait(
     objective
         "singular_value": the least singular value of the scaled decoupling matrix along the gait is maximised;
         "hover_reserve": the smallest change of a hover thrust, in units of m·g per rotor, until a rotor idles or
-        reaches the vehicle's largest thrust, if it states one.
+        reaches the vehicle's largest thrust, if it states one; "servo_margin": the errors of the tilt angles that the
+        gait bears [rad], of which `value` is proven (:func:`gaitgraph.robustness.servo_margin`).
     sign, vehicle, coefficients, keep_out, keep_in, floor, period
         As for :func:`gaitgraph.planning.planner.plan_loop`; "auto" is the better sign. Physics is checked with exact
         coefficients, and the floor is kept with every objective.
@@ -368,10 +375,20 @@ def level_region(
     level: float,
     vehicle: Vehicle,
     accuracy: float = DEFAULT_ACCURACY,
+    *,
+    sign: Sign | None = None,
+    floor: float = DEFAULT_FLOOR,
 ) -> Region:
-    """Return where the least singular value, or the hover reserve, is at least a level, on the red sheet."""
+    """Return where the quantity of an objective is at least a level on the red sheet.
+
+    The sign of R and the floor count for the servo margin alone.
+    """
     if objective == "singular_value":
         return singular_value_region(level, vehicle, accuracy=accuracy)
+    if objective == "servo_margin":
+        return servo_margin_region(
+            level, vehicle, sign=sign, floor=floor, accuracy=accuracy
+        )
     most = vehicle.thrust_share
     return thrust_region(
         None if most is None else most - level, vehicle, least=level, accuracy=accuracy
@@ -382,43 +399,47 @@ def _highest(objective: Objective, vehicle: Vehicle) -> float:
     """Return a value that the objective nowhere exceeds."""
     if objective == "singular_value":
         return largest_least_singular_value(vehicle)
+    if objective == "servo_margin":
+        return HALF_PI
     if vehicle.thrust_share is None:
         return 1e3
     return vehicle.thrust_share / 2
 
 
 def highest_level(
-    region: Region, objective: Objective, discs: Discs, vehicle: Vehicle
+    region: Region,
+    objective: Objective,
+    discs: Discs,
+    vehicle: Vehicle,
+    **of_margin: Any,
 ) -> tuple[float, float]:
     """Return a bracket of the highest level that a loop through discs can keep in a region, which joins them.
 
-    A loop that keeps the lower end can stay 3e-5 rad away from every border.
+    A loop that keeps the lower end can stay 3e-5 rad away from every border. `of_margin` are the sign of R and the floor,
+    as in :func:`level_region`.
     """
+    level_of = partial(level_region, objective, vehicle=vehicle, **of_margin)
     low = 0.0
     high = _highest(objective, vehicle)
     while high - low > 4 * _CLOSE * max(high, 1e-3):
         middle = (low + high) / 2
-        if _may_keep(region, objective, middle, discs, vehicle):
+        if _may_keep(region, partial(level_of, middle), discs):
             low = middle
         else:
             high = middle
     # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
     for given in (_CLOSE * 2.0 ** np.arange(16)).tolist():
         level = high * (1 - given)
-        inner: Any = (
-            region.inner & level_region(objective, level, vehicle, _FOLLOWED).inner
-        )
+        inner: Any = region.inner & level_of(level, accuracy=_FOLLOWED).inner
         if component_meeting(offset(inner, -3 * CLEARANCE), discs) is not None:
             return level, high
     return 0.0, high
 
 
-def _may_keep(
-    region: Region, objective: Objective, level: float, discs: Discs, vehicle: Vehicle
-) -> bool:
+def _may_keep(region: Region, level: Callable[..., Region], discs: Discs) -> bool:
     """Return whether a loop through discs may keep a level; coarse polygons decide that for most levels."""
     for accuracy in (_COARSE, _FOLLOWED):
-        kept = level_region(objective, level, vehicle, accuracy)
+        kept = level(accuracy=accuracy)
         if component_meeting(region.outer & kept.outer, discs) is None:
             return False
         if component_meeting(region.inner & kept.inner, discs) is not None:
@@ -483,12 +504,13 @@ class _Search(NamedTuple):
             return replace(self.base, reason=self._why_apart())
 
         # The best worst case of all loops is bracketed; then the loop stays where the lower end is kept.
-        lower, bound = highest_level(region, objective, discs, self.vehicle)
-        shape = region.inner & level_region(objective, lower, self.vehicle).inner
-        kept = (
-            region.inner
-            & level_region(objective, lower * (1 - concession), self.vehicle).inner
+        of_margin: Any = {"sign": self.base.sign, "floor": self.floor}
+        lower, bound = highest_level(
+            region, objective, discs, self.vehicle, **of_margin
         )
+        level_of = partial(level_region, objective, vehicle=self.vehicle, **of_margin)
+        shape = region.inner & level_of(lower).inner
+        kept = region.inner & level_of(lower * (1 - concession)).inner
         polygon = component_meeting(kept, discs) or within
 
         # Discs that share a point are passed by standing still there.
@@ -620,7 +642,7 @@ class _Search(NamedTuple):
         )
         report = curve.check(floor=self.floor).with_timing(answer.timed())
         effort = 2.0 / period * loop.effort
-        value = self._worst_case(report)
+        value = self._worst_case(report, curve)
         stationarity = 0.0
         active: list[str] = []
         if problem is not None and effort > 0:
@@ -645,8 +667,14 @@ class _Search(NamedTuple):
             warnings=warnings,
         )
 
-    def _worst_case(self, report: Report) -> float:
-        """Return the least value of the objective that the report of the whole curve certifies."""
+    def _worst_case(self, report: Report, curve: Curve) -> float:
+        """Return the least value of the objective that is proven for the whole curve, by its report but for the margin."""
+        if self.base.objective == "servo_margin":
+            # No point of the curve is farther than this from its polyline.
+            corners = curve.polyline(_CHORD).alpha
+            closed = np.concatenate([corners, corners[:1]])
+            margin = closest_servo_margin(closed, self.vehicle, floor=self.floor)
+            return max(margin.proven - _CHORD, 0.0)
         found = {check.name: float(check.value or 0.0) for check in report.checks}
         if self.base.objective == "singular_value":
             return found["least_singular_value"]

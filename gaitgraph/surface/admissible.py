@@ -565,8 +565,12 @@ def _bearing_thrusts(
     for condition in conditions:
         pair = condition.cut(pair, accuracy)
 
-    # R is a sum of N_i·cos α_i: with N_i of one sign it has their sign, unless an angle is beyond 90°.
-    upright = rectangle(*[margin - HALF_PI] * 2, *[HALF_PI - margin] * 2)
+    # R is a sum of N_i times lifts: with N_i of one sign it has their sign where all lifts are positive, within 90° of
+    # the upright angles.
+    lifts = level.force[:2, 2] * level.rotors.thrust_signs[:2, None]
+    middle = np.arctan2(lifts[:, 1], lifts[:, 0])
+    reach = HALF_PI - margin
+    upright = rectangle(*(middle - reach).tolist(), *(middle + reach).tolist())
     if most is None and not upright.covers(pair[1]):
         lifting = shapely.difference(pair, upright)
         for errors in corners:
