@@ -80,6 +80,7 @@ CLEARANCE = 1e-5
 """How far an optimal gait keeps from the borders of its region, at least; 3e-5 at most where it follows them [rad]."""
 
 _CLOSE = 2e-5  # relative width to which levels are bracketed, about
+_CLOSE_MARGIN = 4e-4
 _FOLLOWED = 1e-5  # accuracy of the levels' polygons [rad]
 _COARSE = 1e-3  # and of those that decide most levels [rad]
 _MOST_WAYPOINTS = 40
@@ -419,16 +420,19 @@ def highest_level(
     as in :func:`level_region`.
     """
     level_of = partial(level_region, objective, vehicle=vehicle, **of_margin)
+    close = _CLOSE
+    if objective == "servo_margin":
+        close = _CLOSE_MARGIN  # what is proven of a gait is not closer
     low = 0.0
     high = _highest(objective, vehicle)
-    while high - low > 4 * _CLOSE * max(high, 1e-3):
+    while high - low > 4 * close * max(high, 1e-3):
         middle = (low + high) / 2
         if _may_keep(region, partial(level_of, middle), discs):
             low = middle
         else:
             high = middle
     # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
-    for given in (_CLOSE * 2.0 ** np.arange(16)).tolist():
+    for given in (close * 2.0 ** np.arange(16)).tolist():
         level = high * (1 - given)
         inner: Any = region.inner & level_of(level, accuracy=_FOLLOWED).inner
         if component_meeting(offset(inner, -3 * CLEARANCE), discs) is not None:

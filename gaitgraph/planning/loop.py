@@ -10,6 +10,7 @@ import numpy as np
 
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.invertibility.error_margins import (
+    PROOF,
     bears_servo_errors,
     closest_servo_margin,
 )
@@ -72,7 +73,11 @@ class Loop(Record):
     def servo_margin(self) -> ErrorMargin:
         """The largest errors of the tilt angles that the loop bears, with the floor of the request."""
         vehicle, floor = self.request.vehicle, self.request.floor
-        return closest_servo_margin(self._closed, vehicle, floor=floor)
+        margin = closest_servo_margin(self._closed, vehicle, floor=floor)
+        asked = (1 - PROOF) * self.request.servo_margin
+        if margin.proven < asked and self.bears_servo_errors:
+            margin = replace(margin, proven=asked)
+        return margin
 
     @cached_property
     def bears_servo_errors(self) -> bool:

@@ -33,6 +33,7 @@ from gaitgraph.surface.region import (
     Zones,
     checked_accuracy,
     chord_tolerance,
+    offset,
     polygons_of,
     rectangle,
     region_of,
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
 
 _EPSILON = float(np.finfo(float).eps)
 _OPEN_MARGIN = (
@@ -74,9 +76,8 @@ _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
 _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
 _IDLE_MARGIN = 1e-6  # distance from lines where rotors idle [rad]
 _FINEST = 1e-5  # accuracy of the borders of a margin, which is an angle itself [rad]
-_CELLS = (
-    32  # of each side of what is left of a region, to see whether a border reaches it
-)
+_CUTS = 2  # of a region into cells, to see whether a border reaches it
+_PARTS = np.array(list(product((-1.5, -0.5, 0.5, 1.5), repeat=2)))
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 _NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
@@ -559,11 +560,7 @@ def _bearing_thrusts(
                 left = of_plane(level.direction, factor=sign * most)
                 left += of_plane(level.inputs[rotor], factor=-upward)
                 conditions.append(_Positive(left, transposed))
-    if not pair[1].is_empty:
-        # The most restrictive ones first: few borders reach what they leave.
-        conditions.sort(key=lambda condition: condition.least_on(pair[1].bounds))
-    for condition in conditions:
-        pair = condition.cut(pair, accuracy)
+    pair = _cut_by(conditions, pair, accuracy)
 
     # R is a sum of N_i times lifts: with N_i of one sign it has their sign where all lifts are positive, within 90° of
     # the upright angles.
@@ -572,10 +569,9 @@ def _bearing_thrusts(
     reach = HALF_PI - margin
     upright = rectangle(*(middle - reach).tolist(), *(middle + reach).tolist())
     if most is None and not upright.covers(pair[1]):
-        lifting = shapely.difference(pair, upright)
-        for errors in corners:
-            lift = sum_on_red(level.direction, errors, sign)
-            lifting = _Positive(lift).cut(lifting, accuracy)
+        lifts_of = [sum_on_red(level.direction, errors, sign) for errors in corners]
+        beyond = shapely.difference(pair, upright)
+        lifting = _cut_by([_Positive(lift) for lift in lifts_of], beyond, accuracy)
         pair = shapely.union(shapely.intersection(pair, upright), lifting)
     return pair
 
@@ -586,23 +582,38 @@ class _Positive(NamedTuple):
     form: CosineSum
     transposed: bool = False
 
-    def least_on(self, bounds: Sequence[float]) -> float:
-        """Return a lower bound in a rectangle (left, bottom, right, top), from values at the centers of cells."""
-        left, bottom, right, top = bounds
-        first, second = (
-            low + (high - low) / _CELLS * (np.arange(_CELLS) + 0.5)
-            for low, high in ((left, right), (bottom, top))
-        )
-        points = np.array(list(product(first, second)))
-        if self.transposed:
-            points = points[:, ::-1]
-        reach = math.hypot(right - left, top - bottom) / _CELLS / 2
-        return float(self.form.at(points).min() - self.form.most(1) * reach)
+    def least_on(self, shape: BaseGeometry) -> float:
+        """Return a lower bound on a shape, from values and slopes in the middle of square cells that cover it."""
+        if shape.is_empty:
+            return math.inf
+        left, bottom, right, top = shape.bounds
+        step = max(right - left, top - bottom)
+        middles = np.array([[left + step / 2, bottom + step / 2]])
+        for _ in range(_CUTS):
+            # Each cell that may hold the least value is cut into 16 parts.
+            step /= 4
+            parts = (middles[:, None] + step * _PARTS).reshape(-1, 2)
+            near = shapely.dwithin(shape, shapely.points(parts), step)
+            middles = parts[near]
+            bounds = self._bounds(middles, step / math.sqrt(2))
+            middles = middles[bounds <= 0]
+            if not len(middles):
+                break
+        return float(bounds.min(initial=math.inf))
+
+    def at(self, points: FloatArray) -> FloatArray:
+        """Return the values of the form at points (α1, α2), shape (k,)."""
+        return self.form.at(points[:, ::-1] if self.transposed else points)
+
+    def _bounds(self, middles: FloatArray, reach: float) -> FloatArray:
+        """Return lower bounds within a distance of some points, shape (k,)."""
+        points = middles[:, ::-1] if self.transposed else middles
+        value, along, across, _ = self.form.along(points, np.array([[1.0, 0.0]]))
+        fall = np.hypot(along, across) * reach + self.form.most(2) * reach**2 / 2
+        return np.asarray(value - fall)
 
     def cut(self, pair: Pair, accuracy: float) -> Pair:
         """Return the parts of a pair where the condition holds."""
-        if pair[1].is_empty or self.least_on(pair[1].bounds) > 0:
-            return pair
         left, bottom, right, top = pair[1].bounds
         low, high = (bottom, top) if self.transposed else (left, right)
         window = low - 2 * accuracy, high + 2 * accuracy
@@ -610,7 +621,21 @@ class _Positive(NamedTuple):
         if self.transposed:
             negative = negative.transposed()
         reach = ROUND_OFF if negative.is_straight else accuracy / 2
-        return np.asarray(shapely.intersection(pair, sides_of(negative, reach)[1]))
+        beyond = shapely.union_all(negative.polygons[True])
+        reached = [offset(beyond, reach), offset(beyond, -reach)]
+        return np.asarray(shapely.difference(pair, reached))
+
+
+def _cut_by(conditions: Sequence[_Positive], pair: Pair, accuracy: float) -> Pair:
+    """Return the parts of a pair where all conditions hold."""
+    whole = pair[1]
+    places = np.random.default_rng(0).uniform(-HALF_PI, HALF_PI, (4, 2))
+    distinct = {tuple(np.round(one.at(places), 9)): one for one in conditions}
+    # The most restrictive ones first: few borders reach what they leave.
+    for condition in sorted(distinct.values(), key=lambda one: one.least_on(whole)):
+        if condition.least_on(pair[1]) <= 0:
+            pair = condition.cut(pair, accuracy)
+    return pair
 
 
 def _moved(pair: Pair, turn: Sequence[float]) -> Pair:
