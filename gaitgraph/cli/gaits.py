@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--objective",
-    type=click.Choice(["singular_value", "hover_reserve"]),
+    type=click.Choice(["singular_value", "hover_reserve", "servo_margin"]),
     default="singular_value",
     help="What is as good as possible at the worst place of the gait.",
 )

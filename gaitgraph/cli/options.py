@@ -277,6 +277,12 @@ floor_option = click.option(
     default=DEFAULT_FLOOR,
     help="The least singular value must stay above this.",
 )
+servo_margin_option = click.option(
+    "--servo-margin",
+    type=Angle(),
+    default="0",
+    help="Errors of the servos that level flight must bear, such as 15deg.",
+)
 certify_option = click.option(
     "--certify",
     is_flag=True,

@@ -19,6 +19,7 @@ from gaitgraph.cli.options import (
     request_file_argument,
     require_option,
     sampling_options,
+    servo_margin_option,
     sign_option,
     waypoints_option,
 )
@@ -52,6 +53,7 @@ from gaitgraph.explorer.words import CHOICES_IN_WORDS
     help=CHOICES_IN_WORDS["method"],
 )
 @require_option
+@servo_margin_option
 @click.option(
     "--any-order",
     is_flag=True,
@@ -108,7 +110,7 @@ def plan_command(
             for path, certificate in certified:
                 certificate.write(path, force=force)
             written = [*outputs, *map(str, certificates)]
-    if answer.advice is not None:
+    if answer.advice == VALID_LOOPS.python:
         answer = replace(answer, advice=VALID_LOOPS.command_line)
     lines = ["", *lines_of_outputs(written)] if written else []
     return show(answer, lines=lines)

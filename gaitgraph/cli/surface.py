@@ -21,6 +21,7 @@ from gaitgraph.cli.options import (
     divisions_option,
     picture_outputs_options,
     request_file_argument,
+    servo_margin_option,
     sign_option,
     waypoints_option,
 )
@@ -242,6 +243,7 @@ def cycles_command(
     help="Sheet of the surface.",
 )
 @sign_option
+@servo_margin_option
 @picture_outputs_options
 @common_options
 def region_command(

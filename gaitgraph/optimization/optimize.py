@@ -9,6 +9,7 @@ is found (:mod:`gaitgraph.optimization.least_effort`).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -89,10 +90,10 @@ _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
 _SETTLED = 1e-3  # first-order residual
 _UNSETTLED = "the optimization has not converged: a loop of less effort exists; the worst case is not affected"
 _CHORD = 1e-4
-_TEXTS = {  # name and unit of each objective
-    "singular_value": ("least singular value along the gait", ""),
-    "hover_reserve": ("hover reserve along the gait", " of m·g"),
-    "servo_margin": ("servo margin of the gait", " rad"),
+_TEXTS = {  # name and unit of each objective, and one in these units
+    "singular_value": ("least singular value along the gait", "", 1.0),
+    "hover_reserve": ("hover reserve along the gait", " of m·g", 1.0),
+    "servo_margin": ("servo margin of the gait", "°", math.degrees(1.0)),
 }
 
 
@@ -243,10 +244,11 @@ class OptimalGait(Pictured):
     def __str__(self) -> str:
         if self.curve is None or self.judged is None:
             return f"No gait: {self.reason}"
-        what, unit = _TEXTS[self.objective]
+        what, unit, scale = _TEXTS[self.objective]
+        value, bound = (scale * (level or 0.0) for level in (self.value, self.bound))
         lines = [
             *filter(None, [self.standstill]),
-            f"{what} {self.value:.4f}{unit}; any gait through these discs has at most {self.bound:.4f}{unit}",
+            f"{what} {value:.4f}{unit}; any gait through these discs has at most {bound:.4f}{unit}",
             f"R {'> 0' if self.sign == 'positive' else '< 0'}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
             f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}",
@@ -419,7 +421,10 @@ def highest_level(
     A loop that keeps the lower end can stay 3e-5 rad away from every border. `of_margin` are the sign of R and the floor,
     as in :func:`level_region`.
     """
-    level_of = partial(level_region, objective, vehicle=vehicle, **of_margin)
+
+    def level_of(level: float, accuracy: float = DEFAULT_ACCURACY) -> Region:
+        return level_region(objective, level, vehicle, accuracy, **of_margin)
+
     close = _CLOSE
     if objective == "servo_margin":
         close = _CLOSE_MARGIN  # what is proven of a gait is not closer
@@ -512,7 +517,10 @@ class _Search(NamedTuple):
         lower, bound = highest_level(
             region, objective, discs, self.vehicle, **of_margin
         )
-        level_of = partial(level_region, objective, vehicle=self.vehicle, **of_margin)
+
+        def level_of(level: float) -> Region:
+            return level_region(objective, level, self.vehicle, **of_margin)
+
         shape = region.inner & level_of(lower).inner
         kept = region.inner & level_of(lower * (1 - concession)).inner
         polygon = component_meeting(kept, discs) or within
