@@ -789,15 +789,16 @@ def test_a_terminal_shows_progress_and_removes_it() -> None:
     assert shown.endswith("\x1b[1A\x1b[2K")
 
 
-DEFAULTS_OF_NONE = {"vehicle", "coefficients", "method"}  # described in words
+# described in words
+DEFAULTS_OF_NONE = {"vehicle", "coefficients", "method", "servo_margin"}
 
 
 def test_options_of_plan_are_fields_of_a_request() -> None:
-    """They show its defaults and its words; polygons, the floor and the accuracy are in files alone."""
+    """They show its defaults and its words; polygons, the floor, the accuracy and own costs are in files alone."""
     from gaitgraph.cli.plan import plan_command
 
     options: dict[Any, Any] = {option.name: option for option in plan_command.params}
-    in_files = {"keep_in", "keep_out", "floor", "accuracy"}
+    in_files = {"keep_in", "keep_out", "floor", "accuracy", "weight"}
     assert REQUEST_FIELDS.keys() & options.keys() == REQUEST_FIELDS.keys() - in_files
     for name, words in CHOICES.items():
         assert set(options[name].type.choices) == set(words)

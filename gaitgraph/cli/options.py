@@ -280,7 +280,7 @@ floor_option = click.option(
 servo_margin_option = click.option(
     "--servo-margin",
     type=Angle(),
-    default="0",
+    show_default="none",
     help="Errors of the servos that level flight must bear, such as 15deg.",
 )
 certify_option = click.option(
