@@ -195,6 +195,9 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "retarget": lambda one: gg.retarget(ROWS, vehicle=one).after,
     "robustness_of": lambda one: gg.robustness_of(ROWS, vehicle=one, curves=0),
     "robustness.drag_margin": lambda one: gg.robustness.drag_margin(ROWS, one).proven,
+    "surface.servo_margin_region": lambda one: (
+        gg.surface.servo_margin_region(0.1, one).area
+    ),
     "robustness.servo_margin": lambda one: gg.robustness.servo_margin(ROWS, one).proven,
     "roots": lambda one: gg.roots(0.3, 0.2, vehicle=one),
     "surface_graph": lambda one: gg.surface_graph(divisions=4, vehicle=one).graph,
