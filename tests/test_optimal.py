@@ -514,3 +514,15 @@ def test_one_disc_whose_whole_path_is_its_nearest_point_is_answered() -> None:
     )
     assert found.status == "found"
     assert validate(found).flyable
+
+
+def test_a_deadline_ends_the_improvement_of_a_gait_and_says_so() -> None:
+    discs = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)]
+    late = optimal_gait(discs, deadline=0.0)
+    whole = optimal_gait(discs)
+    assert late.report.flyable
+    assert late.value == pytest.approx(whole.value, rel=1e-2)
+    assert late.effort is not None
+    assert whole.effort is not None
+    assert late.effort > whole.effort
+    assert any("the deadline passed" in warning for warning in late.warnings)

@@ -661,3 +661,22 @@ def test_a_level_that_coarse_polygons_decide_holds_for_the_waypoints_themselves(
             waypoints, vehicle=vehicle, objective="robust", any_order=any_order
         )
         assert plan, plan.reason
+
+
+def test_a_deadline_ends_the_search_for_an_order_and_says_so() -> None:
+    waypoints = (
+        np.random.default_rng(3).uniform((-1.3, 0.25), (-0.25, 1.3), (40, 2)).tolist()
+    )
+    late = gg.plan_loop(waypoints, any_order=True, deadline=0.0)
+    assert late.loop is not None
+    assert not late.loop.in_time
+    assert not late.loop.order_exact
+    assert sorted(late.loop.order) == list(range(40))
+    assert any("the deadline passed" in warning for warning in late.warnings)
+    given = gg.plan_loop(waypoints)
+    assert given.loop is not None
+    assert late.loop.length < given.loop.length
+    whole = gg.plan_loop(waypoints, any_order=True, deadline=60.0)
+    assert whole == gg.plan_loop(waypoints, any_order=True)
+    with pytest.raises(gg.InputError, match="deadline must be"):
+        gg.plan_loop(waypoints, deadline=-1.0)

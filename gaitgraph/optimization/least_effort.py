@@ -31,6 +31,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
+from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -187,9 +188,19 @@ class HalfPlanes(NamedTuple):
 
 
 class LeastEffort:
-    """The problem: discs, a polygon, and how far the loop keeps from its border, positive [rad]."""
+    """The problem: discs, a polygon, and how far the loop keeps from its border, positive [rad].
 
-    def __init__(self, polygon: Polygon, discs: Discs, clearance: float) -> None:
+    A loop is improved until a time of :func:`time.monotonic`.
+    """
+
+    def __init__(
+        self,
+        polygon: Polygon,
+        discs: Discs,
+        clearance: float,
+        until: float = math.inf,
+    ) -> None:
+        self.until = until
         self.polygon = polygon
         self.discs = discs
         self.clearance = clearance
@@ -307,17 +318,27 @@ class LeastEffort:
             # At first the start's control points are unevenly spread; from even ones it ends up to 1 % lower.
             if number < 4:
                 moved = improved(self._smoothed(best)) or moved
-            if trust < 1e-3 or (moved and before - history[-1] <= _PROGRESS * before):
+            if (
+                not self.in_time
+                or trust < 1e-3
+                or (moved and before - history[-1] <= _PROGRESS * before)
+            ):
                 break
         # Small cells, discs and passes as they are.
         for _ in range(_LAST_ROUNDS):
             before = history[-1]
             if (
-                not improved(self.program(best).refined())
+                not self.in_time
+                or not improved(self.program(best).refined())
                 or before - history[-1] <= _SETTLED * before
             ):
                 break
         return best, history
+
+    @property
+    def in_time(self) -> bool:
+        """Whether there is time left to improve a loop."""
+        return monotonic() <= self.until
 
     def _admits(self, loop: SmoothLoop) -> bool:
         return self.discs.misses(loop.passed()) <= 1e-9 and self.keeps_inside(loop)

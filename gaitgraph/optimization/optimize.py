@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
+from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
 import numpy as np
@@ -89,6 +90,7 @@ _MOST_PIECES = 400
 _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
 _SETTLED = 1e-3  # first-order residual
 _UNSETTLED = "the optimization has not converged: a loop of less effort exists; the worst case is not affected"
+_LATE = "the deadline passed: a loop of less effort may exist; the worst case is not affected"
 _CHORD = 1e-4
 _TEXTS = {  # name and unit of each objective, and one in these units
     "singular_value": ("least singular value along the gait", "", 1.0),
@@ -275,6 +277,7 @@ def optimal_gait(
     period: float = 1.0,
     pieces: int | None = None,
     concession: float = 1e-3,
+    deadline: float | None = None,
 ) -> OptimalGait:
     """Return a smooth closed gait on the red sheet that passes discs in order and is optimal in its worst case.
 
@@ -299,6 +302,8 @@ def optimal_gait(
         Pieces of the spline, 8 to 400; by default 12 for each waypoint, from 36 to 240. More pieces turn sharper.
     concession
         Fraction of the best worst case given up for less effort, in (0, 0.5].
+    deadline
+        Seconds after which the effort of a found gait is not improved further; a warning says so.
 
     Notes
     -----
@@ -336,12 +341,22 @@ def optimal_gait(
         reason=None,
         warnings=notes + zones.notes,
     )
+    until = math.inf
+    if deadline is not None:
+        until = monotonic() + checked_number("deadline", deadline)
     answers = []
     signs = SIGNS[::-1] if sign == "auto" else (sign,)
     for one in signs:
         region = admissible_region(vehicle, sign=one, floor=floor, zones=zones)
         search = _Search(
-            replace(base, sign=one), discs, region, vehicle, numbers, floor, pieces
+            replace(base, sign=one),
+            discs,
+            region,
+            vehicle,
+            numbers,
+            floor,
+            pieces,
+            until,
         )
         answers.append(search.answer(float(concession)))
     found = [answer for answer in answers if answer]
@@ -504,6 +519,7 @@ class _Search(NamedTuple):
     coefficients: Coefficients
     floor: float
     pieces: int
+    until: float
 
     def answer(self, concession: float) -> OptimalGait:
         """Return the best gait, or why there is none."""
@@ -536,7 +552,7 @@ class _Search(NamedTuple):
             shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs
         )
         if inside is not None:
-            problem = least_effort.LeastEffort(inside, discs, CLEARANCE)
+            problem = least_effort.LeastEffort(inside, discs, CLEARANCE, self.until)
             start = self._start(problem)
             if start is not None:
                 loop, history = problem.solve(start)
@@ -663,7 +679,9 @@ class _Search(NamedTuple):
             if by_border:
                 active.append("the kept level, or the border of the flyable region")
         warnings = self.base.warnings
-        if stationarity > _SETTLED:
+        if problem is not None and not problem.in_time:
+            warnings += (_LATE,)
+        elif stationarity > _SETTLED:
             warnings += (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",)
         return replace(
             answer,

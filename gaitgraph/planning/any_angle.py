@@ -11,13 +11,14 @@ import math
 from dataclasses import replace
 from functools import cache, cached_property, lru_cache
 from itertools import groupby, pairwise
+from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import shapely
 
 from gaitgraph.graph.edges import segments_fly
-from gaitgraph.graph.walks import quanta_of, shortest_order
+from gaitgraph.graph.walks import QUANTA_PER_RADIAN, quanta_of, shortest_order
 from gaitgraph.invertibility.matrices import (
     least_singular_value_on_red,
     level_determinant,
@@ -45,7 +46,7 @@ _COARSE = 1e-3  # accuracy of the regions that decide most of these steps [rad]
 
 
 def any_angle_loop(
-    branch: Branch, progress: Callable[[str], None] | None
+    branch: Branch, progress: Callable[[str], None] | None, until: float | None = None
 ) -> Loop | Refusal:
     """Return the shortest loop of a branch, or why there is none."""
     request = branch.request
@@ -61,11 +62,12 @@ def any_angle_loop(
         if straight is not None:
             return straight
     if robust:
-        loop = _loop_in(_most_robust_region(branch), branch, reorders, progress)
+        region = _most_robust_region(branch)
+        loop = _loop_in(region, branch, reorders, progress, until)
         if isinstance(loop, Loop):
             loop = replace(loop, lower_bound=None)  # a less robust one may be shorter
         return loop
-    return _loop_in(prepared_region(branch), branch, reorders, progress)
+    return _loop_in(prepared_region(branch), branch, reorders, progress, until)
 
 
 def shortest_path(branch: Branch) -> Leg | None:
@@ -158,8 +160,9 @@ def _loop_in(
     branch: Branch,
     reorders: bool,
     progress: Callable[[str], None] | None,
+    until: float | None = None,
 ) -> Loop | Refusal:
-    """Return the shortest loop in a region, or why there is none."""
+    """Return the shortest loop in a region, or why there is none; the order of waypoints is sought `until` a time."""
     waypoints = branch.request.waypoints
     outside = first_outside(branch, region)
     if outside is not None:
@@ -178,7 +181,9 @@ def _loop_in(
 
     order = tuple(range(len(waypoints)))
     if reorders:
-        order = shortest_order(len(waypoints), length_between) or order
+        apart = np.array(waypoints)[:, None] - np.array(waypoints)
+        straight = np.floor(np.linalg.norm(apart, axis=2) * QUANTA_PER_RADIAN)
+        order = shortest_order(len(waypoints), length_between, straight, until) or order
     points: list[Point] = []
     lower_bound = 0.0
     for ends in pairwise([*order, order[0]]):
@@ -193,6 +198,7 @@ def _loop_in(
         order=order,
         request=branch.request,
         lower_bound=lower_bound,
+        in_time=not reorders or until is None or monotonic() <= until,
     )
 
 

@@ -35,8 +35,8 @@ class Loop(Record):
     `path` is a gait through every node that the loop passes, the first not repeated; `order` has the waypoints of the
     `request`, counted from 0, in the order in which the loop visits them. `lower_bound`, of an any-angle loop, is a
     lower bound of the length of all loops through these waypoints in this order, in the required region [rad]. With
-    `any_order` no other order makes a shorter loop if `order_exact`; otherwise the order is approximate. `cost` is that
-    of a walk on the grid with a weight of the request.
+    `any_order` no other order makes a shorter loop if `order_exact`; otherwise the order is approximate, and if it
+    is not `in_time` a deadline ended the search for it. `cost` is that of a walk on the grid with a weight of the request.
     """
 
     path: Gait
@@ -45,6 +45,7 @@ class Loop(Record):
     request: PlanRequest
     lower_bound: float | None = None
     cost: float | None = None
+    in_time: bool = True
 
     def reversed(self) -> Loop:
         """Return the loop run in the other direction, from the same waypoint."""
@@ -105,7 +106,9 @@ class Loop(Record):
     @property
     def order_exact(self) -> bool:
         """Whether the order is as requested, or the shortest of all that were tried: up to nine waypoints."""
-        return not self.request.any_order or len(self.order) <= MOST_ANY_ORDER
+        if not self.request.any_order:
+            return True
+        return self.in_time and len(self.order) <= MOST_ANY_ORDER
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the loop as plain values, ready for JSON."""

@@ -14,11 +14,13 @@ import math
 from dataclasses import asdict, dataclass, replace
 from functools import cache, partial
 from textwrap import fill
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
 
+from gaitgraph.angles import checked_number
 from gaitgraph.errors import Advice, Infeasible
 from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
@@ -75,6 +77,7 @@ _APPROXIMATE = (
     f"the order of the waypoints is approximate: beyond {MOST_ANY_ORDER} waypoints not all orders are tried, "
     "and another one may make a shorter loop"
 )
+_LATE = "the deadline passed before all paths between waypoints were measured: another order may make a shorter loop"
 _POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
 
 
@@ -251,6 +254,7 @@ def plan_loop(
     servo_margin: Angle = PlanRequest.servo_margin,
     weight: Weight | None = PlanRequest.weight,
     progress: Callable[[str], None] | None = None,
+    deadline: float | None = None,
 ) -> Plan:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
 
@@ -294,6 +298,9 @@ def plan_loop(
         (:func:`gaitgraph.robustness.servo_margin`): a number [rad] or a text such as "15deg". 0 asks for none.
     weight
         Own cost of an edge, with the method "grid": see :func:`gaitgraph.graph.walks.closed_walk`.
+    deadline
+        With `any_order` and the exact method: seconds after which no more paths between waypoints are measured. The
+        order is then that of the nearest neighbours, and a warning says so.
     progress
         Called with a line of text before each step of long work.
 
@@ -330,7 +337,7 @@ def plan_loop(
         servo_margin=servo_margin,
         weight=weight,
     )
-    return plan(request, progress=progress)
+    return plan(request, progress=progress, deadline=deadline)
 
 
 def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
@@ -340,16 +347,22 @@ def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
 
 
 def plan(
-    request: PlanRequest, *, progress: Callable[[str], None] | None = None
+    request: PlanRequest,
+    *,
+    progress: Callable[[str], None] | None = None,
+    deadline: float | None = None,
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
+    until = None
+    if deadline is not None:
+        until = monotonic() + checked_number("deadline", deadline)
     graph_of = cache(partial(request_graph, request, progress=progress))
 
     def search(require: Requirement) -> tuple[list[Loop], list[Refusal]]:
         loops: list[Loop] = []
         refusals: list[Refusal] = []
         for branch in branches_of(request, require):
-            answer = _loop_of(branch, graph_of, progress)
+            answer = _loop_of(branch, graph_of, progress, until)
             if isinstance(answer, Refusal):
                 refusals.append(answer)
             else:
@@ -379,10 +392,11 @@ def _loop_of(
     branch: Branch,
     graph_of: Callable[[Sign], nx.Graph[Any]],
     progress: Callable[[str], None] | None,
+    until: float | None,
 ) -> Loop | Refusal:
     """Return the best loop of a branch, proven to keep its servo margin, or why there is none."""
     if branch.request.method == "exact":
-        answer = any_angle_loop(branch, progress)
+        answer = any_angle_loop(branch, progress, until)
     else:
         answer = grid_loop(branch, graph_of, progress)
     if not isinstance(answer, Loop) or not branch.servo_margin:
@@ -508,7 +522,9 @@ def _warnings_of(loop: Loop, waypoints: Sequence[Point]) -> list[str]:
             warnings.append(
                 "the loop crosses itself; the same waypoints in any order may give a shorter one"
             )
-    if not loop.order_exact:
+    if not loop.in_time:
+        warnings.append(_LATE)
+    elif not loop.order_exact:
         warnings.append(_APPROXIMATE)
     warnings += loop.report.warnings
     if not loop.report.reachable_from_hover:
