@@ -533,7 +533,7 @@ def _source_of(folder: Path, entry: Any, number: int) -> GaitSource:
     fields = {key: value for key, value in stated.items() if key != "name"}
     request = request_from_mapping(fields)[0]  # checked for the paper's vehicle
     plain = request.as_mapping()
-    content = {key: plain[key] for key in fields if key != "law"}
+    content = {key: plain[key] for key in fields if key in plain and key != "law"}
     name = str(stated.get("name", f"gait {number}"))
     return GaitSource(name=name, content=content, law=request.law)
 
@@ -544,8 +544,8 @@ def _source_of_file(name: str, folder: Path, file: str) -> GaitSource:
     path = folder / file
     if holds_request(path):
         plain = read_request(path, {})[0].as_mapping()
-        chosen = [key for key in _REQUESTED if key not in ("coefficients", "law")]
-        content = {key: plain[key] for key in chosen}
+        chosen = {*_REQUESTED} - {"coefficients", "law"}
+        content = {key: value for key, value in plain.items() if key in chosen}
         return GaitSource(name=name, content=content, law=plain["law"])
     table = read_table(path)
     gait = gait_of(table)
