@@ -120,9 +120,9 @@ def test_a_loop_is_colored_red_where_R_has_one_sign() -> None:
         assert {*found.first[0].colors} == {"red"} if found else True
 
 
-def test_planning_is_refused_with_the_pair_that_differs() -> None:
+def test_planes_are_refused_with_the_pair_that_differs() -> None:
     with pytest.raises(gg.InputError, match="rotors 1 and 3"):
-        gg.plan_loop([(0.1, 0.1), (0.2, 0.1)], vehicle=VEHICLES[0], method="grid")
+        gg.admissible_region(VEHICLES[0])
     with pytest.raises(gg.InputError, match="rotors 1 and 3"):
         gg.cycles(gg.surface_graph("positive", vehicle=VEHICLES[0], divisions=4))
 
@@ -191,7 +191,8 @@ def test_every_form_of_a_gait_is_judged_by_physics_alone() -> None:
         assert report.as_mapping() == expected
         assert bool(report)
         assert (report.valid, report.two_color, report.flyable) == (None, None, True)
-    unused: dict[str, Any] = {"tolerance": 0.1, "coefficients": "exact"}
+    assert gg.validate(ROWS, vehicle=ODD, coefficients="exact")
+    unused: dict[str, Any] = {"tolerance": 0.1, "crossing_tolerance": 0.1}
     for name, value in unused.items():
         with pytest.raises(gg.InputError, match=f"{name} must be omitted") as caught:
             gg.validate(ROWS, vehicle=ODD, **{name: value})
@@ -206,7 +207,7 @@ def test_every_form_of_a_gait_is_judged_by_physics_alone() -> None:
 def test_commands_refuse_the_vehicle_in_one_line_before_all_else(
     run: Any, tmp_path: Path
 ) -> None:
-    """It is refused before limits are asked for, and without a warning about the motion that the file states."""
+    """It is refused before limits are asked for, where planes are needed, and without a warning about the file's motion."""
     saved, colored = tmp_path / "saved.json", tmp_path / "colored.csv"
     gg.export(gg.lift([(-0.4, 0.4), (-0.4, 1.0), (-1.0, 0.4)], "red"), saved, samples=8)
     content = json.loads(saved.read_text())
@@ -225,9 +226,8 @@ def test_commands_refuse_the_vehicle_in_one_line_before_all_else(
         )
     )
     for words in (
-        ("export", saved, tmp_path / "out.csv"),
-        *((name, saved) for name in ("pace", "fly", "basin")),
-        *((name, colored, "--vehicle", vehicle) for name in ("pace", "fly", "basin")),
+        *((name, saved) for name in ("pace", "robustness")),
+        *((name, colored, "--vehicle", vehicle) for name in ("pace", "retarget")),
     ):
         answer = run(*words)
         assert (answer.code, answer.out) == (2, ""), words
@@ -269,10 +269,8 @@ def test_matrices_of_any_axes_are_those_of_turned_thrusts(vehicle: gg.Vehicle) -
     assert np.isclose(R * upright, at_zero * np.linalg.det(level))
 
 
-def test_vehicles_with_axes_of_their_own_are_judged_and_not_planned() -> None:
+def test_vehicles_with_axes_of_their_own_are_judged() -> None:
     vehicle = OF_ANY_AXES[0]
-    with pytest.raises(gg.InputError, match="spins|tilt_axes"):
-        gg.plan_loop([(0.1, 0.1), (0.2, 0.1)], vehicle=vehicle)
     with pytest.raises(gg.InputError, match="tilt_axes must be omitted"):
         mjcf_of(vehicle.replace(mass=1.0, inertia=[0.01] * 3), step=1e-3, air=False)
     rows = np.column_stack([np.linspace(0, 0.1, 5)] * 4)

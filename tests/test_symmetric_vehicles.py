@@ -205,7 +205,6 @@ def test_commands_take_the_file_of_a_vehicle(
 
 def test_what_is_not_symmetric_is_refused_by_the_pair_that_differs() -> None:
     makers: list[Callable[[], object]] = [
-        lambda: gg.plan_loop([(-0.4, 0.4), (-0.4, 1.0)], vehicle=ODD),
         lambda: gg.lift([(-0.4, 0.4), (-0.4, 1.0)], "red", vehicle=ODD),
         lambda: admissible_region(ODD),
     ]

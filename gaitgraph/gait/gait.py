@@ -152,7 +152,9 @@ class Gait(Pictured):
 
     @property
     def types(self) -> tuple[str, ...]:
-        """The plane types of each corner; empty off the surfaces."""
+        """The plane types of each corner; empty off the surfaces, and for vehicles whose sheet is curved."""
+        if self.coefficients.rotors.asymmetry is not None:
+            return ()
         codes = color_codes(self.colors)
         pairs = types_at(
             self.alpha[: len(codes)], codes, self.coefficients, self.crossing_tolerance

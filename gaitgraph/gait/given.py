@@ -30,7 +30,7 @@ from gaitgraph.gait.table import (
     tilt_angles,
     warn_of_ends,
 )
-from gaitgraph.invertibility.coefficients import check_symmetric, coefficients_of
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
@@ -159,7 +159,6 @@ class GivenGait:
 
     def _rows_of(self, table: Table) -> Rows:
         vehicle, numbers, crossing = surface_of(table, self.vehicle, self.coefficients)
-        check_symmetric(numbers.rotors)
         alpha = tilt_angles(table, numbers)
         colors = colors_of(alpha, numbers)
         if "color" in table:

@@ -29,7 +29,6 @@ from gaitgraph.gait.gait import points_on_sheets
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
-    check_symmetric,
     coefficients_of,
 )
 from gaitgraph.invertibility.matrices import (
@@ -402,7 +401,6 @@ def lifted_rows(
     table: Table, coefficients: Coefficients, tolerance: float = DEFAULT_TOLERANCE
 ) -> tuple[FloatArray, npt.NDArray[np.int8]]:
     """Return the tilt angles [rad] and the color of each row, as stated or by its place; 0 for none."""
-    check_symmetric(coefficients.rotors)
     alpha = angles_from(tilt_angles(table, coefficients), "alpha")
     if "color" in table:
         return alpha, color_codes(table["color"])

@@ -291,7 +291,12 @@ class Level:
     @cached_property
     def rate(self) -> float:
         """The largest length of a column of the level matrix: no singular value changes faster per radian of ‖Δα‖."""
-        return float(np.linalg.norm(self._columns, 2, axis=(1, 2)).max())
+        return float(self.rates.max())
+
+    @cached_property
+    def rates(self) -> FloatArray:
+        """The largest length of each column, and of its derivative, shape (4,)."""
+        return read_only(np.linalg.norm(self._columns, 2, axis=(1, 2)))
 
     @cached_property
     def _columns(self) -> FloatArray:

@@ -57,7 +57,7 @@ def any_angle_loop(
         return branch.rootless_at(rootless[0])
     reorders = request.any_order and len(request.waypoints) > 3
     robust = request.objective == "robust" and branch.color == "red"
-    if not reorders:
+    if not reorders and not branch.is_curved:
         straight = _straight_loop(branch, robust=robust)
         if straight is not None:
             return straight
@@ -332,7 +332,15 @@ def _prepared(margin: float, margin_floor: float, **asked: Any) -> PreparedRegio
         servo_margin_region,
         singular_value_region,
     )
+    from gaitgraph.surface.curved_region import sheet_region
+    from gaitgraph.surface.region import zones_region
 
+    vehicle, zones = asked["vehicle"], asked["zones"]
+    if vehicle.asymmetry is not None:
+        region = sheet_region(vehicle, sign=asked["sign"], floor=asked["floor"])
+        if zones is not None:
+            region &= zones_region(zones)
+        return PreparedRegion(region)
     region = admissible_region(**asked)
     if margin:
         # Without errors a robust loop keeps more than the floor, with errors the floor.

@@ -11,6 +11,7 @@ import numpy as np
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.invertibility.coefficients import Coefficients, coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
+from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.sheets import (
     COLORS,
     RAISED,
@@ -60,7 +61,7 @@ def branches_of(request: PlanRequest, require: Requirement) -> list[Branch]:
     colors: Sequence[Color] = COLORS
     if request.color != "auto":
         colors = (request.color,)
-    elif require == "flyable":
+    elif require == "flyable" or request.vehicle.asymmetry is not None:
         colors = ("red",)
     signs = [sign for sign in reversed(SIGNS) if request.sign in ("auto", sign)]
     return [
@@ -97,8 +98,20 @@ class Branch:
         """The servo margin that loops keep [rad]; 0 for those that only obey the paper's rules."""
         return self.request.servo_margin if self.require == "flyable" else 0.0
 
+    @property
+    def is_curved(self) -> bool:
+        """Whether the sheet is not a plane, for a vehicle that is not symmetric."""
+        return self.coefficients.rotors.asymmetry is not None
+
     def lifted(self, points: Sequence[Point]) -> Gait:
-        """Return the gait above points (α1, α2) on the sheet of this color."""
+        """Return the gait above points (α1, α2) on the sheet of this color; on a curved one with rows between them."""
+        if self.is_curved:
+            rows = sheet_of(self.coefficients.rotors).rows([*points, points[0]])
+            return Gait(
+                alpha=rows.alpha[:-1],
+                vehicle=self.request.vehicle,
+                coefficients=self.coefficients,
+            )
         return lift(
             points,
             self.color,
@@ -176,7 +189,7 @@ class Branch:
         """Return that two waypoints are separated: by a factor of R, else by what `wall` names."""
         waypoints = self.request.waypoints
         first, second = (waypoints[k] for k in ends)
-        if self.color == "red":
+        if self.color == "red" and not self.is_curved:
             factor = separating_factor(first, second, self.request.vehicle)
             if factor:
                 wall = f"{factor}, where R = 0: move them to one side"
@@ -197,7 +210,8 @@ def _roots_above(
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
     """Return R of the roots above waypoints, and whether they are of a color; both signs of R ask for them."""
     plane = np.array(waypoints)
-    if color == "red" and not at_end_of_range(plane).any():  # the only one
+    is_plane = coefficients.rotors.asymmetry is None
+    if color == "red" and is_plane and not at_end_of_range(plane).any():  # the only one
         R = level_determinant(plane[:, [0, 1, 0, 1]], coefficients)[:, None]
         return R, np.ones(R.shape, dtype=bool)
     roots = root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients)

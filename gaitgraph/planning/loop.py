@@ -95,8 +95,8 @@ class Loop(Record):
 
     @property
     def color(self) -> str:
-        """The loop's color: "red" or "blue"."""
-        return str(self.gait.color)
+        """The loop's color: "red" or "blue"; "red" on a curved sheet, the rows of which have none."""
+        return self.gait.color or "red"
 
     @property
     def length(self) -> float:

@@ -21,7 +21,7 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import checked_number
-from gaitgraph.errors import Advice, Infeasible
+from gaitgraph.errors import Advice, Infeasible, InputError
 from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.pictured import Pictured
@@ -353,6 +353,7 @@ def plan(
     deadline: float | None = None,
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
+    _check_curved(request)
     until = None
     if deadline is not None:
         until = monotonic() + checked_number("deadline", deadline)
@@ -374,6 +375,8 @@ def plan(
         if flyable and flyable[0].report.flyable:
             return _planned(request, flyable, refusals)
         refused = _refused(request, flyable, refusals)
+        if request.vehicle.asymmetry is not None:
+            return refused  # the paper's rules do not apply
         if request.servo_margin:
             return _with_less_margin(refused, progress)
         # Loops that only obey the paper's rules are listed beside the refusal.
@@ -430,6 +433,24 @@ def _with_less_margin(refused: Plan, progress: Callable[[str], None] | None) -> 
 def degrees_below(angle: float) -> str:
     """Return an angle in degrees, rounded down to one digit."""
     return f"{math.floor(10 * math.degrees(angle)) / 10:.1f}°"
+
+
+def _check_curved(request: PlanRequest) -> None:
+    """Raise InputError for a choice that needs planes, if the vehicle is not symmetric and its sheet is curved."""
+    if request.vehicle.asymmetry is None:
+        return
+    choices = {
+        "method": "exact",
+        "objective": "shortest",
+        "require": "flyable",
+        "servo_margin": 0.0,
+    }
+    for name, only in choices.items():
+        if getattr(request, name) != only:
+            raise InputError(
+                f"{name} must be {only!r} for a vehicle that is not symmetric, got {getattr(request, name)!r}",
+                field=name,
+            )
 
 
 def _preference(loop: Loop) -> tuple[Any, ...]:
@@ -522,11 +543,16 @@ def _warnings_of(loop: Loop, waypoints: Sequence[Point]) -> list[str]:
             warnings.append(
                 "the loop crosses itself; the same waypoints in any order may give a shorter one"
             )
+    if loop.request.vehicle.asymmetry is not None and loop.request.law == "smooth":
+        warnings.append(
+            f"the law 'smooth' rests at each of the {len(loop.gait.alpha)} rows with which the gait follows its curved "
+            "sheet; 'constant-speed' does not"
+        )
     if not loop.in_time:
         warnings.append(_LATE)
     elif not loop.order_exact:
         warnings.append(_APPROXIMATE)
     warnings += loop.report.warnings
-    if not loop.report.reachable_from_hover:
+    if loop.report.reachability and not loop.report.reachable_from_hover:
         warnings.append(loop.report.reachability)
     return warnings

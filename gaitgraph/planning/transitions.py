@@ -455,6 +455,12 @@ def _checked_samples(
 
 def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None]:
     """Return why there is certainly no path between two gaits, and the proof if the signs of R differ."""
+    asymmetry = first.coefficients.rotors.asymmetry
+    if asymmetry is not None:
+        return (
+            f"paths are planned on planes, which the vehicle has not: {asymmetry}",
+            None,
+        )
     reports = [gait.check() for gait in (first, last)]
     for name, report in zip(("start", "end"), reports, strict=True):
         if not report.valid:

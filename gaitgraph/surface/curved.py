@@ -138,6 +138,22 @@ class CurvedSheet:
         zeros = wrapped(np.stack([first, second], axis=-1))
         return np.where(discriminant[..., None] < 0, math.nan, zeros)
 
+    def changes_within(
+        self, alpha1: FloatArray, alpha2: FloatArray, reach: float
+    ) -> FloatArray:
+        """Return what α3 and α4 change by at most within `reach` of α1 and of α2 [rad], shape (m, 2); else infinity."""
+        U = self._directions(alpha1, alpha2)
+        turned = self._turned(alpha1, alpha2)
+        largest = self.waves.sum(axis=1)
+        speed = np.linalg.norm(turned, axis=-1).sum(axis=-1)
+        least = np.linalg.norm(U, axis=-1) - speed * reach - 2 * largest * reach**2
+        # det(U, ∂U) depends on one of the two angles, and changes by no more than 2·largest² per radian of it.
+        turning = np.abs(_across(U[..., None, :], turned)).sum(axis=-1)
+        turning += 4 * largest**2 * reach
+        with np.errstate(divide="ignore"):
+            change = reach * turning / np.maximum(least, 0.0) ** 2
+        return np.asarray(change)
+
     def bounds_along(self, starts: FloatArray, ends: FloatArray) -> CurveBounds:
         """Return proven bounds along segments of (α1, α2), of shape (m, 2) [rad], by the share s of a segment."""
         shares = np.linspace(0.0, 1.0, _PIECES + 1)[:, None]

@@ -517,6 +517,8 @@ def colors_along(
     A point may be `tolerance` [rad] from a sheet, mod π. A point on both sheets takes the color of the point before, at
     the start that of the first point that is on one sheet only, else red.
     """
+    if coefficients.rotors.asymmetry is not None:  # it has no planes
+        return np.zeros(len(np.atleast_2d(alpha)), dtype=np.int8)
     near = sheet_distances(alpha, coefficients) <= tolerance
     both = near.all(axis=1)
     out = np.where(near[:, 0], 1, np.where(near[:, 1], -1, 0)).astype(np.int8)

@@ -25,6 +25,7 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.given import gait_of
+from gaitgraph.invertibility.coefficients import check_symmetric
 from gaitgraph.surface.sheets import COLORS, sheet_angles, sheet_distances
 from gaitgraph.timing.polynomials import (
     bends_of,
@@ -237,6 +238,7 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     """
     size = angle_within(tolerance, "tolerance", least=SMALLEST)
     gait = gait_of(gait)
+    check_symmetric(gait.coefficients.rotors)
     if gait.color not in ("red", "blue"):
         wanted = "gait must be on one sheet, red or blue"
         raise InputError(

@@ -20,6 +20,7 @@ from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_UNITS
+from gaitgraph.invertibility.coefficients import check_symmetric
 from gaitgraph.pictured import Pictured
 from gaitgraph.timing.curve import Curve, Rounding, rounded
 from gaitgraph.timing.laws import LAWS
@@ -77,6 +78,7 @@ def origin_of(
     """
     given = given_gait(path, vehicle=vehicle, coefficients=coefficients, once=False)
     gait, made = given.gait, given.motion
+    check_symmetric(gait.coefficients.rotors)
     if not isinstance(made, LimitedGait):
         return Origin(gait)
     limits = made.made_for

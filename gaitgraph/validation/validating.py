@@ -69,6 +69,13 @@ def check_gait(
     >>> report.valid, report.flyable, report.reachable_from_hover
     (True, True, False)
     """
+    if gait.vehicle.asymmetry is not None:
+        options = {
+            "tolerance": tolerance,
+            "floor": floor,
+            "angle_rounding": angle_rounding,
+        }
+        return _report_of_physics(gait.alpha, gait.vehicle, True, options)
     criteria = Criteria(
         vehicle=gait.vehicle,
         coefficients=gait.coefficients,
@@ -159,7 +166,7 @@ def validate(
         )
     bare = given.gait
     if bare.vehicle.asymmetry is not None:
-        return _report_of_physics(bare.alpha, bare.vehicle, True, {**limits})
+        return check_gait(bare, **limits)
     motion = given.motion
     if motion is not None and not motion.repeats:
         return motion.check(**limits)  # colourings are of loops
@@ -184,6 +191,8 @@ def _report_of_physics(
     unused |= {"coefficients": None, "crossing_tolerance": None}
     for name, default in unused.items():
         stated = options.get(name, default)
+        if name == "coefficients" and stated == "exact":
+            continue  # the only ones that such a vehicle has
         if stated != default:
             raise InputError(
                 f"{name} must be omitted for rotors of any geometry, got {shown(stated)}",

@@ -1,0 +1,175 @@
+"""Where any four rotors can fly on their sheet: squares of the (α1, α2) plane that are proven, small ones at the border.
+
+On a square around a point a form in u1 and u2 changes by its slopes there and by its waves, a column of the level
+matrix by its length and the change of its angle, and no singular value by more than the matrix (docs/theory.md, 24). A
+square that is neither proven to fly nor not to is cut in four, down to the accuracy.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+
+from gaitgraph.angles import HALF_PI, checked_number
+from gaitgraph.errors import checked_choice
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.forms import level_of, rotors_of
+from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
+from gaitgraph.surface.curved import sheet_of
+from gaitgraph.surface.region import Condition, Region, region_of
+from gaitgraph.surface.sheets import SIGNS
+from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.vehicle import PAPER, vehicle_named
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import BoolArray
+    from gaitgraph.surface.sheets import Sign
+    from gaitgraph.vehicle import Vehicle, VehicleLike
+
+_SQUARES = 32  # across [−π/2, π/2], before they are cut
+
+
+def sheet_region(
+    vehicle: VehicleLike = PAPER,
+    *,
+    sign: Sign = "positive",
+    floor: float = DEFAULT_FLOOR,
+    accuracy: float = 0.01,
+) -> Region:
+    """Return where a vehicle of any four rotors can fly on its sheet, as squares whose sides are at least `accuracy`.
+
+    There its hover thrusts are positive, its tilts within their ranges and ±π/2, R has the `sign`, and the least singular
+    value of the level matrix is at least `floor`. Largest thrusts are not judged. `inner` is proven; what is between it
+    and `outer` is undecided, along borders a few times the accuracy wide.
+
+    >>> region = sheet_region("paper", accuracy=0.02)
+    >>> region.contains([(-0.4, 0.4), (0.5, -0.5)]).tolist(), region.inner.within(region.outer)
+    ([True, False], True)
+    """
+    vehicle = vehicle_named(vehicle)
+    checked_choice("sign", sign, SIGNS)
+    floor = checked_number("floor", floor)
+    accuracy = checked_number(
+        "accuracy", accuracy, "a number up to 0.1 (rad)", above=True, most=0.1
+    )
+    conditions = _Conditions(vehicle, 1.0 if sign == "positive" else -1.0, floor)
+    reach = HALF_PI / _SQUARES
+    line = np.linspace(-HALF_PI, HALF_PI, 2 * _SQUARES + 1)[1::2]
+    centers = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+    quarters = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) / 2
+    inside, undecided = [], []
+    while len(centers):
+        holds, fails = conditions.decided(centers, reach)
+        inside.append(_sides(centers[holds], reach))
+        centers = centers[~holds & ~fails]
+        if 2 * reach < 2 * accuracy:
+            undecided.append(_sides(centers, reach))
+            break
+        centers = (centers[:, None] + quarters * reach).reshape(-1, 2)
+        reach /= 2
+    # Sides that squares share are multiples of the smallest, so that no gap is left between them.
+    inner = shapely.union_all(_boxes(inside, reach))
+    outer = shapely.union_all(_boxes([*inside, *undecided], reach))
+    name = f"hover thrusts > 0 · tilts in range · least singular value ≥ {floor:g}"
+    return region_of(
+        [inner, outer], accuracy, Condition(name=name, broken_at=conditions.broken_at)
+    )
+
+
+def _sides(centers: FloatArray, reach: float) -> FloatArray:
+    """Return the least and the largest α1 and α2 of squares, shape (m, 4)."""
+    return np.hstack([centers - reach, centers + reach])
+
+
+def _boxes(sides: list[FloatArray], unit: float) -> Any:
+    return shapely.box(*(unit * np.rint(np.concatenate(sides) / unit)).T)
+
+
+class _Conditions:
+    """The conditions of level flight on the sheet, on squares of the (α1, α2) plane."""
+
+    def __init__(self, vehicle: Vehicle, wanted: float, floor: float) -> None:
+        rotors = rotors_of(vehicle)
+        self.vehicle, self.wanted, self.floor = vehicle, wanted, floor
+        self.coefficients = coefficients_of(vehicle, "exact")
+        self.sheet = sheet_of(rotors)
+        self.rates = level_of(rotors).rates
+        ranges = np.array(vehicle.tilt_range or [[-HALF_PI, HALF_PI]] * 4)
+        self.ranges = np.clip(ranges, -HALF_PI, HALF_PI)
+        # Forms that have the sign of ρ: ρ itself, and those of rotors 3 and 4 within their ranges.
+        forms = [self.sheet.lift]
+        for rotor, (low, high) in zip((3, 4), self.ranges[2:], strict=True):
+            forms.append(self.sheet.tilt_border(rotor, low))
+            forms.append(-self.sheet.tilt_border(rotor, high))
+        self.forms = np.array(forms)
+
+    def broken_at(self, alpha1: float, alpha2: float) -> str | None:
+        """Return why a point is not in the region, with numbers, or None if it is."""
+        alpha = np.array([alpha1, alpha2, *self.sheet.angles(alpha1, alpha2)])
+        size = float(least_singular_value(alpha, self.vehicle))
+        if not size >= self.floor:
+            return f"least singular value must be ≥ {self.floor:g}, got {size:.4g}"
+        least = float(self.sheet.hover_thrusts(alpha1, alpha2).min())
+        if least <= 0:
+            return f"hover thrusts must be positive, got {least:.4g} of m·g"
+        low, high = self.ranges.T
+        for rotor in np.flatnonzero((alpha < low) | (alpha > high)):
+            got = f"{math.degrees(alpha[rotor]):.4g}°"
+            return f"α{rotor + 1} must be within the range of its arm, got {got}"
+        return None
+
+    def decided(self, centers: FloatArray, reach: float) -> tuple[BoolArray, BoolArray]:
+        """Return on which squares around centers, shape (m, 2), all conditions hold, and on which one fails, shape (m,)."""
+        values, changes = self._forms_on(centers, reach)
+        sign = np.sign(values[0])
+        least = (sign * values - changes).min(axis=0)
+        # Where ρ has one sign on the square, so has what fails.
+        fails = ((sign * values + changes)[1:] < 0).any(axis=0)
+        fails &= np.abs(values[0]) > changes[0]
+        low, high = self.ranges[:2].T
+        least = np.minimum(least, (centers - reach - low).min(axis=1) + 1e-12)
+        least = np.minimum(least, (high - centers - reach).min(axis=1) + 1e-12)
+        fails |= (centers + reach < low).any(axis=1) | (centers - reach > high).any(
+            axis=1
+        )
+
+        opposite = self.sheet.changes_within(centers[:, 0], centers[:, 1], reach)
+        alpha = np.hstack([centers, self.sheet.angles(*centers.T)])
+        turned = np.hstack([np.full(centers.shape, reach), opposite])
+        size = least_singular_value(alpha, self.vehicle)
+        change = np.linalg.norm(self.rates * turned, axis=1)
+        R = self.wanted * level_determinant(alpha, self.coefficients)
+        holds = (least > 0) & (size - change >= self.floor) & (R > 0)
+        fails |= size + change < self.floor
+        # An angle that turns by π turns the sign of R, without which R keeps it where the matrix is invertible.
+        fails |= (least > 0) & (size - change > 0) & (R < 0)
+        return holds, fails
+
+    def _forms_on(
+        self, centers: FloatArray, reach: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the forms at centers, and by how much they change on squares around them, both of shape (k, m)."""
+        u, turned = (
+            np.stack([np.cos(angles), np.sin(angles)])
+            for angles in (centers.T, centers.T + math.pi / 2)
+        )
+        values, by_first, by_second = (
+            np.einsum("kab,am,bm->km", self.forms, first, second)
+            for first, second in (
+                (u[:, 0], u[:, 1]),
+                (turned[:, 0], u[:, 1]),
+                (u[:, 0], turned[:, 1]),
+            )
+        )
+        # A form is at most its Frobenius norm, and so is each of its second derivatives.
+        bend = 2 * np.linalg.norm(self.forms, axis=(1, 2))[:, None] * reach**2
+        changes = reach * (np.abs(by_first) + np.abs(by_second)) + bend
+        own = np.einsum("xa,axm->xm", self.sheet.inputs, u[:, ::-1])
+        slopes = np.einsum("xa,axm->xm", self.sheet.inputs, turned[:, ::-1])
+        bend = np.linalg.norm(self.sheet.inputs, axis=1)[:, None] * reach**2 / 2
+        changes = np.concatenate([changes, reach * np.abs(slopes) + bend])
+        return np.concatenate([values, own]), (1 + 1e-9) * changes

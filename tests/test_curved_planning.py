@@ -1,0 +1,192 @@
+"""Plans of vehicles that are not symmetric: the region in which they fly, loops on their curved sheet, files, flights."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+import shapely
+
+import gaitgraph as gg
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import (
+    hover_thrust_shares,
+    least_singular_value,
+    level_determinant,
+)
+from gaitgraph.surface.curved import curved_sheet
+from gaitgraph.surface.curved_region import sheet_region
+from tests.test_any_four_rotors import OF_ANY_AXES, VEHICLES
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from gaitgraph.surface.sheets import Sign
+
+RNG = np.random.default_rng(9)
+PAIRED = ["clockwise", "clockwise", "counterclockwise", "counterclockwise"]
+ODD = gg.Vehicle(
+    name="odd",
+    mass=1.5,
+    inertia=(0.02, 0.02, 0.03),
+    thrust_coefficient=8e-6,
+    drag_to_thrust=0.02,
+    rotor_positions=[[0.2, 0.2, 0.01], [-0.18, 0.2, 0], [-0.2, -0.2, 0.02], [0.2, -0.18, 0]],
+)  # fmt: skip
+SQUARE = [(-0.3, 0.3), (-0.6, 0.3), (-0.6, 0.6), (-0.3, 0.6)]
+
+
+def flies(
+    plane: np.ndarray, vehicle: gg.Vehicle, sign: str, floor: float
+) -> np.ndarray:
+    """Return whether points of the sheet fly, by the package's plain functions."""
+    alpha = np.concatenate([plane, curved_sheet(vehicle).angles(*plane.T)], axis=1)
+    R = level_determinant(alpha, coefficients_of(vehicle, "exact"))
+    holds = (R > 0) == (sign == "positive")
+    holds &= (hover_thrust_shares(alpha, vehicle) > 0).all(axis=1)
+    holds &= least_singular_value(alpha, vehicle) >= floor
+    if vehicle.tilt_range is not None:
+        low, high = np.array(vehicle.tilt_range).T
+        holds &= ((alpha >= low) & (alpha <= high)).all(axis=1)
+    return np.asarray(holds)
+
+
+@pytest.mark.parametrize("sign", ["positive", "negative"])
+@pytest.mark.parametrize("vehicle", [gg.PAPER, *VEHICLES[:2], *OF_ANY_AXES[:3]])
+def test_a_region_is_proven_inside_and_outside(vehicle: gg.Vehicle, sign: Sign) -> None:
+    limited = vehicle.replace(
+        min_tilt=["-50deg", "-70deg", "-40deg", "-80deg"], max_tilt="60deg"
+    )
+    for body, floor in ((vehicle, 0.05), (limited, 0.3)):
+        region = sheet_region(body, sign=sign, floor=floor, accuracy=0.02)
+        plane = RNG.uniform(-math.pi / 2, math.pi / 2, (20_000, 2))
+        holds = flies(plane, body, sign, floor)
+        assert not (shapely.contains_xy(region.inner, *plane.T) & ~holds).any()
+        assert not (holds & ~shapely.contains_xy(region.outer, *plane.T)).any()
+        assert region.outer.area - region.inner.area < 1.2
+        for point in plane[~holds][:20]:
+            assert "must be" in (region.why_not(point) or "") or region.accuracy
+        assert holds.any() or region.inner.is_empty
+
+
+def test_the_region_of_a_symmetric_vehicle_is_that_of_its_plane() -> None:
+    region = sheet_region(gg.PAPER)
+    plane = gg.admissible_region(gg.PAPER, coefficients="exact", sign="positive")
+    assert region.inner.difference(plane.outer.buffer(1e-9)).area < 1e-9
+    assert plane.inner.difference(region.outer.buffer(1e-9)).area < 1e-9
+
+
+@pytest.mark.parametrize("vehicle", [*VEHICLES[:3], *OF_ANY_AXES[:3]])
+def test_loops_fly_along_the_curve_and_its_chords(vehicle: gg.Vehicle) -> None:
+    region = sheet_region(vehicle)
+    part = region.components[0]
+    points: list[tuple[float, float]] = []
+    while len(points) < 3:
+        place = RNG.uniform(-math.pi / 2, math.pi / 2, 2)
+        if shapely.contains_xy(part.buffer(-0.02), *place):
+            points.append((float(place[0]), float(place[1])))
+    plan = gg.plan_loop(points, vehicle=vehicle, sign="positive")
+    assert plan.report.flyable
+    alpha = plan.gait.alpha
+    for point in points:
+        assert np.abs(alpha[:, :2] - point).max(axis=1).min() < 1e-12
+    shares = np.linspace(0, 1, 60)[:, None, None]
+    chords = (alpha + shares * (plan.gait.ends - alpha)).reshape(-1, 4)
+    assert least_singular_value(chords, vehicle).min() >= 0.05
+    assert hover_thrust_shares(chords, vehicle).min() > 0
+    off = chords[:, 2:] - curved_sheet(vehicle).angles(*chords[:, :2].T)
+    assert np.abs(np.angle(np.exp(2j * off))).max() / 2 <= 1e-3
+    assert flies(chords[:, :2], vehicle, "positive", 0.05).all()
+    assert plan.loop is not None
+    assert plan.loop.lower_bound is not None
+    assert plan.loop.lower_bound <= plan.loop.length + 1e-12
+
+
+def test_points_of_two_parts_and_outside_points_are_refused_with_numbers() -> None:
+    apart = gg.plan_loop([(-0.3, 0.3), (0.6, -0.3)], vehicle=ODD)
+    assert not apart
+    assert "waypoint 2 (0.6000, -0.3000) has R = -15" in str(apart.reason)
+    low = gg.plan_loop([(-0.3, 0.3), (0.1, 0.1)], vehicle=ODD, sign="positive")
+    assert "hover thrusts must be positive, got -" in str(low.reason)
+    assert low.refusals[0].nearest is not None
+    blue = gg.plan_loop([(-0.3, 0.3), (-0.5, 0.3)], vehicle=ODD, color="blue")
+    assert "blue" in str(blue.reason)
+    choices: dict[str, Any] = {
+        "method": "grid",
+        "objective": "robust",
+        "require": "valid",
+    }
+    for name, value in choices.items():
+        with pytest.raises(
+            gg.InputError,
+            match=f"{name} must be '.*' for a vehicle that is not symmetric",
+        ):
+            gg.plan_loop(SQUARE, vehicle=ODD, **{name: value})
+
+
+def test_polygons_are_kept_out_of() -> None:
+    block = [(-0.5, 0.2), (-0.4, 0.2), (-0.4, 0.35), (-0.5, 0.35)]
+    free = gg.plan_loop(SQUARE[:2], vehicle=ODD)
+    around = gg.plan_loop(SQUARE[:2], vehicle=ODD, keep_out=[block])
+    assert around.report.flyable
+    assert around.gait.length > free.gait.length + 0.01
+    assert (
+        not shapely.Polygon(block)
+        .buffer(-1e-9)
+        .intersects(shapely.LineString(around.gait.alpha[:, :2]))
+    )
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json", "npz"])
+def test_files_of_a_plan_are_judged_and_flown(suffix: str, tmp_path: Path) -> None:
+    vehicle = ODD.replace(spins=PAIRED) if suffix == "json" else ODD
+    plan = gg.plan_loop(SQUARE, vehicle=vehicle, law="constant-speed", period=4.0)
+    assert not plan.warnings
+    path = tmp_path / f"odd.{suffix}"
+    plan.timed().write(path)
+    assert gg.validate(path).flyable
+    assert gg.fly(path).settled
+    assert gg.fly(plan.timed()).settled
+
+
+def test_the_command_plans_on_a_curved_sheet(run: Any, tmp_path: Path) -> None:
+    constants = {
+        "drag_to_thrust": 0.02,
+        "rotor_positions": ODD.rotor_positions,
+        "tilt_axes": [
+            [0.2, 0.2, 0.05],
+            [-0.15, 0.2, 0],
+            [-0.2, -0.18, 0],
+            [0.2, -0.18, 0],
+        ],
+    }
+    text = "".join(
+        f"{name} = {json.dumps(value)}\n" for name, value in constants.items()
+    )
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    asked: list[object] = [
+        "plan",
+        "--vehicle",
+        "own.toml",
+        "--json",
+        "--output",
+        "own.csv",
+    ]
+    for first, second in SQUARE:
+        asked += ["--waypoint", f"{first},{second}"]
+    planned = run(*asked)
+    assert planned.code == 0
+    answer = json.loads(planned.out)
+    assert (answer["status"], answer["color"], answer["types"]) == (
+        "planned",
+        "red",
+        [],
+    )
+    assert answer["flyable"] is True
+    assert any("rests at each of the" in warning for warning in answer["warnings"])
+    assert run("validate", "own.csv").code == 0
+    assert run("export", "own.csv", "own.json").code == 0
+    assert run("region", "--vehicle", "own.toml").code == 0
