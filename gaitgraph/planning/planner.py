@@ -381,9 +381,7 @@ def plan(
             return _with_less_margin(refused, progress)
         # Loops that only obey the paper's rules are listed beside the refusal.
         others = _distinct([*flyable, *search("valid")[0]])
-        if not others:
-            return refused
-        return replace(refused, advice=VALID_LOOPS.python, alternatives=tuple(others))
+        return _with_valid_loops(refused, others)
     valid, refusals = search("valid")
     loops = _distinct([*flyable, *valid])
     if not loops:
@@ -433,6 +431,13 @@ def _with_less_margin(refused: Plan, progress: Callable[[str], None] | None) -> 
 def degrees_below(angle: float) -> str:
     """Return an angle in degrees, rounded down to one digit."""
     return f"{math.floor(10 * math.degrees(angle)) / 10:.1f}°"
+
+
+def _with_valid_loops(refused: Plan, loops: Sequence[Loop]) -> Plan:
+    """Return a plan without a flyable loop with the loops that only obey the paper's rules, if there are any."""
+    if not loops:
+        return refused
+    return replace(refused, advice=VALID_LOOPS.python, alternatives=tuple(loops))
 
 
 def _check_curved(request: PlanRequest) -> None:
