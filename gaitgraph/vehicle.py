@@ -27,6 +27,7 @@ from gaitgraph.angles import (
     number_of,
     text_from_angle,
 )
+from gaitgraph.arrays import read_only
 from gaitgraph.errors import (
     InputError,
     MissingConstant,
@@ -326,7 +327,8 @@ class Vehicle(Pictured):
             thrust = np.array(self.thrust_axes)
             thrust /= np.linalg.norm(thrust, axis=1, keepdims=True)
         thrust -= np.sum(tilt * thrust, axis=1, keepdims=True) * tilt
-        return tilt, thrust / np.linalg.norm(thrust, axis=1, keepdims=True)
+        thrust /= np.linalg.norm(thrust, axis=1, keepdims=True)
+        return read_only(tilt), read_only(thrust)
 
     @property
     def has_own_axes(self) -> bool:
