@@ -219,6 +219,7 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "planning.PlanRequest": lambda one: gg.planning.PlanRequest(
         waypoints=tuple(LOOP), vehicle=one
     ),
+    "surface.curved_sheet": lambda one: gg.surface.curved_sheet(one).angles(-0.3, 0.3),
     "plots.draw": lambda one: gg.plots.draw("2", vehicle=one).axes[0].lines,
     "plots.regions_map": lambda one: gg.plots.regions_map(one).lines,
     "plots.singular_value_map": lambda one: gg.plots.singular_value_map(one).lines,
