@@ -310,22 +310,19 @@ def read_table(
     """Read a gait table of any format in :data:`FORMATS`, or a plan saved as JSON.
 
     With a `format`, "csv" say, the "path" is an open stream of bytes or of text.
-    `joints` describes the columns of a servo table from elsewhere, as `servos` of :func:`write_tables`; ours state them. Raises FileProblem if the file
-    cannot be read, and InputError, with file and place, if it holds no gait table.
+    `joints` describes the columns of a servo table from elsewhere, as `servos` of :func:`write_tables`; ours state them.
+    Raises FileProblem if the file cannot be read, and InputError, with file and place, if it holds no gait table.
     """
     if format is None:
-        return _checked_table(path_of(path, _WHAT), joints)
-    with _file_for(path, format) as file:
-        _copy_from(path, file)
-        return _checked_table(file, joints, Path(file.name))
-
-
-def _checked_table(
-    path: Path, joints: ServoMapLike | None, name: Path | None = None
-) -> Table:
-    table = unchecked_table(path, joints=joints, name=name)
-    with naming_file(name or path):
-        return checked(table, name or path)
+        name = path_of(path, _WHAT)
+        table = unchecked_table(name, joints=joints)
+    else:
+        with _file_for(path, format) as file:
+            _copy_from(path, file)
+            name = Path(file.name)
+            table = unchecked_table(file, joints=joints, name=name)
+    with naming_file(name):
+        return checked(table, name)
 
 
 def unchecked_table(
