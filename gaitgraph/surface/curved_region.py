@@ -40,11 +40,11 @@ def sheet_region(
     floor: float = DEFAULT_FLOOR,
     accuracy: float = 0.01,
 ) -> Region:
-    """Return where a vehicle of any four rotors can fly on its sheet, as squares whose sides are at least `accuracy`.
+    """Return where a vehicle of any four rotors can fly on its sheet, as squares whose sides are above a third of `accuracy`.
 
     There its hover thrusts are positive, its tilts within their ranges and ±π/2, R has the `sign`, and the least singular
     value of the level matrix is at least `floor`. Largest thrusts are not judged. `inner` is proven; what is between it
-    and `outer` is undecided, along borders a few times the accuracy wide.
+    and `outer` is undecided, along borders mostly as wide as the accuracy.
 
     >>> region = sheet_region("paper", accuracy=0.02)
     >>> region.contains([(-0.4, 0.4), (0.5, -0.5)]).tolist(), region.inner.within(region.outer)
@@ -66,7 +66,7 @@ def sheet_region(
         holds, fails = conditions.decided(centers, reach)
         inside.append(_sides(centers[holds], reach))
         centers = centers[~holds & ~fails]
-        if 2 * reach < 2 * accuracy:
+        if 3 * reach < accuracy:
             undecided.append(_sides(centers, reach))
             break
         centers = (centers[:, None] + quarters * reach).reshape(-1, 2)
