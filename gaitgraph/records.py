@@ -21,6 +21,14 @@ if TYPE_CHECKING:
 
 _TYPE = "type"
 _OWN = "gaitgraph."
+_BROKEN = (
+    ArithmeticError,
+    AttributeError,
+    ImportError,
+    LookupError,
+    TypeError,
+    ValueError,
+)
 
 
 class Record:
@@ -35,7 +43,10 @@ class Record:
     @classmethod
     def from_dict(cls, mapping: Mapping[str, Any]) -> Self:
         """Return the record that :meth:`as_dict` gave, or raise InputError."""
-        record = rebuilt(mapping)
+        try:
+            record = rebuilt(mapping)
+        except RecursionError as error:
+            raise InputError("mapping is nested too deeply") from error
         if not isinstance(record, cls):
             raise InputError(
                 f"mapping must be that of a {cls.__name__}, got {shown(mapping)}"
@@ -136,7 +147,7 @@ def rebuilt(value: Any) -> Any:
         if kind in _LIBRARY:
             return _LIBRARY[kind](**rest)
         return _rebuilt_record(_class_of(kind), rest)
-    except (AttributeError, ImportError, LookupError, TypeError, ValueError) as error:
+    except _BROKEN as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"mapping must be as as_dict() gave it: {error}") from error

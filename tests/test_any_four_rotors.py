@@ -244,7 +244,7 @@ def test_commands_refuse_the_vehicle_in_one_line_before_all_else(
 def test_matrices_of_any_axes_are_those_of_turned_thrusts(vehicle: gg.Vehicle) -> None:
     """Rotations of thrusts about tilt axes, by scipy, against the columns of the package."""
     alpha = RNG.uniform(-1.5, 1.5, 4)
-    tilt, thrust = vehicle.axes
+    tilt, thrust = map(np.array, vehicle.axes)  # scipy writes to what it is given
     turns = Rotation.from_rotvec(alpha[:, None] * tilt)
     force = turns.apply(thrust)
     places = np.array(vehicle.rotor_positions)

@@ -536,7 +536,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         optimal,
         {"objective": "tilt_rate"},
-        "objective must be one of singular_value, hover_reserve, got 'tilt_rate'",
+        "objective must be one of singular_value, hover_reserve, servo_margin, got 'tilt_rate'",
     ),
     (
         optimal,

@@ -525,5 +525,10 @@ def test_errors_about_a_stream_name_no_path() -> None:
         gg.InputError, match="format is for an open stream, got the path"
     ):
         gg.read_table("gait.csv", format="csv")
-    with pytest.raises(gg.InputError, match="gait file must be the path of a file"):
+    with pytest.raises(gg.InputError, match="a stream needs its format"):
         gg.read_table(StringIO(""))
+    with pytest.raises(gg.InputError, match="format must be one of .csv, .json, .npz"):
+        gg.read_table(BytesIO(), format="h")
+    timed = gg.lift([(0.4, -0.4), (0.8, -0.4)], "red").parametrize(samples=4)
+    with pytest.raises(gg.InputError, match=".npz file needs a stream of bytes"):
+        timed.write(StringIO(), format="npz")

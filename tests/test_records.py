@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from shapely import Polygon
 
 import gaitgraph as gg
 from gaitgraph.records import Record, plain, rebuilt
@@ -115,6 +116,7 @@ def test_nan_comes_back() -> None:
         {"type": "tuple"},
         {"type": "geometry", "wkb": "00"},
         {"type": ["tuple"]},
+        {"type": "array", "dtype": "<i8", "items": [10**30]},
     ],
 )
 def test_other_mappings_are_refused(wrong: dict[str, Any]) -> None:
@@ -150,3 +152,19 @@ def test_answers_from_many_threads_are_those_of_one() -> None:
     with ThreadPoolExecutor(8) as pool:
         together = list(pool.map(answer, range(24)))
     assert together == [answer(k) for k in range(24)]
+
+
+def test_a_mapping_that_is_nested_too_deeply_is_refused() -> None:
+    nested: dict[str, Any] = {}
+    for _ in range(5000):
+        nested = {"a": nested}
+    with pytest.raises(gg.InputError, match="nested too deeply"):
+        gg.Gait.from_dict(nested)
+
+
+def test_a_region_is_stated_by_its_polygons() -> None:
+    region = gg.admissible_region("paper")
+    stated = json.loads(json.dumps(region.as_dict()))
+    areas = [Polygon(shell, holes).area for shell, *holes in stated["inner"]]
+    assert sum(areas) == pytest.approx(region.inner.area)
+    assert stated["conditions"]

@@ -608,3 +608,44 @@ def test_a_column_with_a_name_of_the_formats_own_is_refused(
         else:
             write_tables(table, [path], servos=stated)
             assert (read_table(path).alpha == table.alpha).all()
+
+
+@pytest.mark.parametrize("slope", [300, 400])
+def test_whole_pulses_beside_a_zero_are_judged_as_what_they_are_made_from(
+    slope: int, tmp_path: Path
+) -> None:
+    servos = servo_map_from_mapping(
+        {
+            "preset": "x_frame",
+            "unit": "us",
+            "us_per_rad": slope,
+            "integer": True,
+            "joint": [{}, {"sign": -1}, {"zero": "2deg"}, {"neutral_us": 1488}],
+        }
+    )
+    path = tmp_path / "pulses.csv"
+    exported = export("gait4", path, rate=50, servos=servos)
+    columns = [name for name in read_columns(path) if name.endswith("_us")]
+    assert len(columns) == 4
+    assert exported.report.flyable
+    judged = gg.validate(path)
+    assert judged.flyable
+    assert judged.valid
+    for suffix in ("json", "npz", "mat"):
+        export(path, tmp_path / f"again.{suffix}", servos=servos)
+        assert gg.validate(tmp_path / f"again.{suffix}").valid
+    # What the steps do not explain counts.
+    lines = path.read_text().splitlines()
+    names = lines[0].split(",")
+    row = lines[20].split(",")
+    pulse = row[names.index("tilt1_us")]
+    assert pulse.isdigit()  # no decimals for a bus to read
+    row[names.index("tilt1_us")] = str(int(pulse) - 30)
+    lines[20] = ",".join(row)
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.warns(gg.errors.FileWarning, match="is not used"):
+        assert not gg.validate(path).valid
+
+
+def read_columns(path: Path) -> list[str]:
+    return path.read_text().partition("\n")[0].split(",")

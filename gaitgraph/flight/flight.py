@@ -10,7 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import later
-from gaitgraph.angles import HALF_PI, angle_from_text, number_of, whole_number
+from gaitgraph.angles import (
+    HALF_PI,
+    angle_from_text,
+    is_list,
+    number_of,
+    whole_number,
+)
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
@@ -154,7 +160,10 @@ class FlightSettings:
             )
 
     def _check_servo_errors(self) -> None:
-        errors = self.servo_errors
+        errors: Any = self.servo_errors
+        if is_list(errors):
+            errors = tuple(errors)
+            object.__setattr__(self, "servo_errors", errors)  # the record is frozen
         is_four = isinstance(errors, tuple) and len(errors) == 4
         if not is_four or not all(abs(number_of(error)) <= HALF_PI for error in errors):
             raise InputError(

@@ -118,6 +118,8 @@ FORMATS = {
 }
 """The formats by suffix."""
 
+_BINARY = (".npz", ".mat", ".parquet")
+
 FILMS = (".gif", ".mp4")
 """Suffixes of films, which :mod:`gaitgraph.plots.films` writes."""
 
@@ -209,7 +211,7 @@ def write_tables(
     servo_map = None if servos is None else servo_map_named(servos)
     if format is not None:
         for stream in paths:
-            with _file_for(stream, format) as file:
+            with _file_for(stream, format, "write") as file:
                 write_tables(table, [file], periods=periods, servos=servo_map)
                 _copy_to(stream, file)
         return
@@ -225,12 +227,15 @@ def write_tables(
 
 
 @contextmanager
-def _file_for(stream: object, format: str) -> Iterator[Path]:
+def _file_for(stream: object, format: str, task: str) -> Iterator[Path]:
     """Give a path of the format, in a folder of its own, for what a stream holds."""
     if isinstance(stream, (str, Path)):
         raise InputError(f"format is for an open stream, got the path {str(stream)!r}")
-    suffix = f".{format.lower().removeprefix('.')}"
-    files = [suffix for suffix, form in FORMATS.items() if not form.folder]
+    suffix = f".{str(format).lower().removeprefix('.')}"
+    files = []
+    for known, form in FORMATS.items():
+        if not form.folder and (form.reads or task == "write"):
+            files.append(known)
     checked_choice("format", suffix, files)
     with TemporaryDirectory() as folder:
         yield Path(folder) / f"stream{suffix}"
@@ -239,6 +244,10 @@ def _file_for(stream: object, format: str) -> Iterator[Path]:
 def _copy_to(stream: Any, file: Path) -> None:
     """Write the content of a file to a stream of bytes, or of text."""
     if isinstance(stream, TextIOBase):
+        if file.suffix in _BINARY:
+            raise InputError(
+                f"a {file.suffix} file needs a stream of bytes, got one of text"
+            )
         stream.write(file.read_text(encoding="utf-8"))
     else:
         stream.write(file.read_bytes())
@@ -314,10 +323,12 @@ def read_table(
     Raises FileProblem if the file cannot be read, and InputError, with file and place, if it holds no gait table.
     """
     if format is None:
+        if hasattr(path, "read"):
+            raise InputError("a stream needs its format, such as format='csv'")
         name = path_of(path, _WHAT)
         table = unchecked_table(name, joints=joints)
     else:
-        with _file_for(path, format) as file:
+        with _file_for(path, format, "read") as file:
             _copy_from(path, file)
             name = Path(file.name)
             table = unchecked_table(file, joints=joints, name=name)

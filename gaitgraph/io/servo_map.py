@@ -609,6 +609,8 @@ def _positions(table: Table, joint: Joint, servo_map: ServoMap) -> FloatArray:
         _check_limits(servo_map, joint, values, " (or clip = true)")
     if joint.decimals is not None:
         values = np.clip(np.round(values, joint.decimals), *joint.bounds)
+    if joint.integer:
+        return np.rint(values).astype(np.int64)
     return np.asarray(values + 0.0)
 
 

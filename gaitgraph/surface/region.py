@@ -214,6 +214,24 @@ class Region(Pictured):
         near = f"closer to the border than the accuracy of the region ({self.accuracy:.1g} rad)"
         return "; ".join(filter(None, reasons)) or near
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return the polygons as corners, the accuracy and the names of the conditions.
+
+        A region cannot be made from it again, since its conditions are functions.
+        """
+        rings = {
+            name: [
+                [
+                    list(map(list, ring.coords))
+                    for ring in (part.exterior, *part.interiors)
+                ]
+                for part in polygons_of(shape).geoms
+            ]
+            for name, shape in (("inner", self.inner), ("outer", self.outer))
+        }
+        names = [condition.name for condition in self.conditions]
+        return {**rings, "accuracy": self.accuracy, "conditions": names}
+
     def __and__(self, other: Region) -> Region:
         pair = shapely.intersection(self.pair, other.pair)
         return region_of(
