@@ -117,4 +117,4 @@ def from_hover(
     try:
         return mission(gait, periods=periods, anyway=anyway).course
     except Infeasible as error:
-        return str(error)
+        return error.message

@@ -172,13 +172,15 @@ class Robustness(Record):
         ):
             scale = math.degrees(1.0) if unit else 1.0
             place = self.segments.place(margin.segment, margin.fraction)
-            found = None if margin.found is None else scale * margin.found
+            found, reason = None, "no larger errors are searched"
+            if margin.found is not None:
+                found, reason = scale * margin.found, margin.reason
             answer |= {
                 f"{name}{unit}": scale * margin.proven,
                 f"{name}_found{unit}": found,
                 f"{name}_errors{unit}": (scale * margin.errors).tolist(),
                 f"{name}_where": None if found is None else place.as_mapping(),
-                f"{name}_reason": margin.reason or None,
+                f"{name}_reason": reason,
             }
         return answer
 
