@@ -436,6 +436,7 @@ def test_commands_plan_a_request_or_say_why_not(
 VERBS = {
     "as_mapping",
     "in_radians",
+    "as_dict",
     "look_ahead",
     "merged",
     "once",
