@@ -799,6 +799,7 @@ def test_nothing_is_too_wide_too_pale_or_without_a_name(
     page.css("#download > summary").click()
     width = page.js("return [document.documentElement.scrollWidth, innerWidth]")
     assert width[0] <= width[1] == size[0]
+    page.until(lambda: page.count("#diagram-root.waiting") == 0)  # it is pale till then
     assert serious_findings(page.driver) == []
     nodes = [
         node
