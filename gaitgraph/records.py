@@ -1,8 +1,8 @@
 """Records as plain values and back, and their equality by value.
 
 :func:`plain` goes to what JSON takes: numbers, texts, lists and mappings. What these cannot tell apart, a tuple, an array, a
-record, becomes a mapping that names its `type`. :func:`rebuilt` makes the value again, through the constructor of each
-record, which checks its fields. The mappings are those of one version of gaitgraph; what other programs read is
+record, becomes a mapping that names its `type`. :func:`rebuilt` makes the value again, by the constructor of each record;
+not all constructors check the kinds of their fields. The mappings are those of one version of gaitgraph; what other programs read is
 ``as_mapping()``, where a record has one.
 """
 

@@ -13,7 +13,7 @@ from gaitgraph.explorer.words import CHOICES_IN_WORDS
 from gaitgraph.tolerances import DEFAULT_FLOOR
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from click.decorators import FC
     from click.shell_completion import CompletionItem
@@ -222,28 +222,20 @@ force_option = click.option(
 )
 
 
-def gait_outputs_options(function: FC) -> FC:
-    """Add --output for gaits in any format, and --force."""
+def _outputs_options(help_text: str) -> Callable[[FC], FC]:
+    """Return what adds --output, and --force."""
     output = click.option(
-        "--output",
-        "outputs",
-        type=click.Path(),
-        multiple=True,
-        help="Write the answer, in the format of the suffix; repeatable.",
+        "--output", "outputs", type=click.Path(), multiple=True, help=help_text
     )
-    return output(force_option(function))
+    return lambda function: output(force_option(function))
 
 
-def picture_outputs_options(function: FC) -> FC:
-    """Add --output for pictures, and --force."""
-    output = click.option(
-        "--output",
-        "outputs",
-        type=click.Path(),
-        multiple=True,
-        help="Draw the answer, as .png, .svg or .pdf; repeatable.",
-    )
-    return output(force_option(function))
+gait_outputs_options = _outputs_options(
+    "Write the answer, in the format of the suffix; repeatable."
+)
+picture_outputs_options = _outputs_options(
+    "Draw the answer, as .png, .svg or .pdf; repeatable."
+)
 
 
 waypoints_option = click.option(

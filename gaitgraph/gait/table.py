@@ -1,8 +1,9 @@
 """Gait tables: named columns and their provenance; lifted, closed to gaits, and completed with computed columns.
 
 A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``color, types, R``, then ``alpha1_rate`` …
-(rad/s), ``alpha1_acceleration`` … (rad/s²) and ``thrust1`` … (N), see :func:`hover_thrust_columns`. A user's table needs only alpha1 to alpha4, or alpha1, alpha2 and color,
-in any order, with or without t, closed or to be closed. :mod:`gaitgraph.io` reads and writes tables as files.
+(rad/s), ``alpha1_acceleration`` … (rad/s²) and ``thrust1`` … (N), see :func:`hover_thrust_columns`. A user's table
+needs only alpha1 to alpha4, or alpha1, alpha2 and color, in any order, with or without t, closed or to be closed.
+:mod:`gaitgraph.io` reads and writes tables as files.
 
 A last row that comes back to the first, as :func:`is_closed` says, closes a table, and its time ends the period.
 Any other table is closed by a straight segment back to the first row, which takes one mean step of time.

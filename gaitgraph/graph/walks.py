@@ -106,7 +106,8 @@ def usable_graph(
 ) -> nx.Graph[Any]:
     """Return the allowed edges of a graph, with their `length` and `cost` in quanta, and `least_singular_value`.
 
-    The cost is the length unless there is a weight. Nodes are in the order of the graph. Edges are in the order of their two nodes, and `rank` counts them from 0.
+    The cost is the length unless there is a weight. Nodes are in the order of the graph. Edges are in the order of their
+    two nodes, and `rank` counts them from 0.
     """
     import networkx as nx
 
