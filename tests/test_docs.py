@@ -208,15 +208,6 @@ def test_links_between_pages_are_not_broken() -> None:
     assert broken == []
 
 
-def test_mutation_settings_name_what_there_is() -> None:
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["mutmut"]
-    assert all(
-        (ROOT / name).is_file()
-        for name in settings["pytest_add_cli_args_test_selection"]
-    )
-    assert all(list(ROOT.glob(pattern)) for pattern in settings["only_mutate"])
-
-
 def test_pages_name_what_there_is() -> None:
     commands = [cli.get_command(CONTEXT, name) for name in cli.list_commands(CONTEXT)]
     options = {
