@@ -434,57 +434,44 @@ def singular_value_region(
     floor: float,
     vehicle: VehicleLike = PAPER,
     *,
-    block: float | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:
     """Return where the least singular value of the scaled decoupling matrix, level, is at least a floor on red.
 
-    It is nowhere above :func:`largest_least_singular_value`. In `inner` it is at least `block`, by default the floor.
-    `accuracy` as for :func:`sign_region`.
+    It is nowhere above :func:`largest_least_singular_value`. `accuracy` as for :func:`sign_region`.
 
     >>> [round(singular_value_region(floor).area, 3) for floor in (0.05, 0.5, 1.1, 1.2)]
     [9.138, 3.766, 0.061, 0.0]
     """
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
-    inner = floor if block is None else block
-    pair = [
-        _singular_value_polygon(inner, vehicle, accuracy, inside=True),
-        _singular_value_polygon(floor, vehicle, accuracy, inside=False),
-    ]
     limit = _bound(
         "least singular value",
         "≥",
         floor,
         partial(matrices.least_singular_value_on_red, vehicle=vehicle),
     )
-    return region_of(pair, accuracy, limit)
+    return region_of(_singular_value_pair(floor, vehicle, accuracy), accuracy, limit)
 
 
 @lru_cache(maxsize=64)
-def _singular_value_polygon(
-    floor: float, vehicle: Vehicle, accuracy: float, *, inside: bool
-) -> BaseGeometry:
-    shape: BaseGeometry = rectangle(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
+def _singular_value_pair(floor: float, vehicle: Vehicle, accuracy: float) -> Pair:
+    pair: Pair = np.array([_SQUARE, _SQUARE])
     if floor > matrices.largest_least_singular_value(vehicle):
-        return shapely.Polygon()
+        return _NOWHERE
     if floor == 0:
-        return shape
+        return pair
     for block in (yaw_block(vehicle), roll_block(vehicle)):
-        width, tolerance, reach = floor, chord_tolerance(accuracy), accuracy / 2
-        if block.has_orthogonal_columns:
-            reach = ROUND_OFF
-        elif floor < accuracy / 2:
+        if not block.has_orthogonal_columns and floor < accuracy / 2:
             # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
-            if not inside:
-                continue
-            width, tolerance, reach = accuracy / 2, accuracy / 32, accuracy / 16
-        band = borders.singular_value_below(width, block, tolerance)
-        if inside:
-            shape = shape.difference(band.around(True, reach))
-        else:
-            shape = shape.intersection(band.around(False, reach))
-    return shape
+            band = borders.singular_value_below(accuracy / 2, block, accuracy / 32)
+            pair[0] = pair[0].difference(band.around(True, accuracy / 16))
+            continue
+        band = borders.singular_value_below(floor, block, chord_tolerance(accuracy))
+        reach = ROUND_OFF if block.has_orthogonal_columns else accuracy / 2
+        pair[0] = pair[0].difference(band.around(True, reach))
+        pair[1] = pair[1].intersection(band.around(False, reach))
+    return pair
 
 
 def servo_margin_region(
@@ -774,17 +761,12 @@ def _admissible(
 
 def _physical(vehicle: Vehicle, floor: float, accuracy: float) -> Region:
     """Return where on red the least singular value, the hover thrusts and the tilts keep their limits."""
-    block = floor + _DECIDED if floor > 0 else 0.0
-    region = singular_value_region(floor, vehicle, block=block, accuracy=accuracy)
+    decided = floor + _DECIDED if floor > 0 else 0.0
+    region = singular_value_region(decided, vehicle, accuracy=accuracy)
     share = vehicle.thrust_share
-    if share is None:
-        region &= hover_region(vehicle)
-    else:
-        within = thrust_region(share, vehicle, accuracy=accuracy)
-        kept = thrust_region(
-            max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy
-        )
-        region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
+    if share is not None:
+        share = max(share - _DECIDED_THRUST, share / 2)
+    region &= thrust_region(share, vehicle, accuracy=accuracy)
     lines = level_of(rotors_of(vehicle)).crossings
     region &= region_of(_quarters(*lines, -1, _IDLE_MARGIN), accuracy)
     if vehicle.tilt_range is not None:
