@@ -245,15 +245,17 @@ class Level:
 
         Spins and axes of its own may make R negative at α = 0; the sign of both is then turned, so that R > 0 there.
         """
-        inputs, direction = np.zeros((2, 2, 2, 2, 4)), np.zeros((2, 2, 2, 2, 3))
-        for corner in product((0, 1), repeat=4):
-            columns = [self.moment[rotor, :, corner[rotor]] for rotor in range(4)]
-            for rotor in range(4):
-                a, b, c = columns[:rotor] + columns[rotor + 1 :]
-                minor = np.dot(a, np.cross(b, c))
-                scaled = (-1) ** (rotor + 1) * minor / (2 * self.rotors.drag_ratio)
-                inputs[corner][rotor] = scaled
-                direction[corner] += scaled * self.force[rotor, :, corner[rotor]]
+        corners = np.array(list(product((0, 1), repeat=4)))
+        moments = self.moment[np.arange(4), :, corners]
+        forces = self.force[np.arange(4), :, corners]
+        inputs = np.empty((16, 4))
+        for rotor in range(4):
+            a, b, c = np.delete(moments, rotor, axis=1).swapaxes(0, 1)
+            minors = np.sum(a * np.cross(b, c), axis=1)
+            inputs[:, rotor] = (-1) ** (rotor + 1) * minors
+        inputs /= 2 * self.rotors.drag_ratio
+        direction = np.einsum("kr,krf->kf", inputs, forces).reshape(2, 2, 2, 2, 3)
+        inputs = inputs.reshape(2, 2, 2, 2, 4)
         upright = direction[0, 0, 0, 0, 2]
         if upright < -Form(direction).rounding()[2]:
             return -inputs, -direction

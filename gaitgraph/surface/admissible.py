@@ -55,6 +55,7 @@ from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from shapely import MultiPolygon
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
@@ -655,9 +656,9 @@ def admissible_region(
         limit without the mass.
     require
         "valid": R has the sign. "flyable": also the least singular value is at least the floor, all hover thrusts are
-        positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner` has a margin of 1.5e-6
-        to the floor, of 1.5e-4 of m·g to the limit of thrust and of 1e-6 rad to lines where rotors idle, so that checks
-        can decide along segments.
+        positive and within the limit, and so are the tilts. Nothing on blue is flyable. So that checks can decide along
+        segments, the region keeps 1.5e-6 above the floor and 1.5e-4 of m·g below the limit of thrust, and `inner` 1e-6 rad
+        off lines where rotors idle.
     color, sign
         The sheet, and the sign of R, None for either; no component holds both.
     coefficients
@@ -740,25 +741,31 @@ def _admissible(
     if floor < _SEPARATING:
         pairs = [signed(wanted) for wanted in signs]
         return region_of(_union(pairs), accuracy, condition) & region
-    # Each polygon of the inner shape is off R = 0, so R has one sign on it: remove where |R| is too small. It is at
-    # least a product of four singular values, over 2κ.
-    of_signs = _parts_of_signs(region, vehicle)
-    rate = level_of(rotors_of(vehicle)).rate
-    if floor <= _BAND * rate * accuracy:
-        # The outer shape may reach over R = 0.
-        for wanted in signs:
-            whole = _red_sign(wanted, vehicle, accuracy)[1]
-            of_signs[wanted][1] = shapely.intersection(region.outer, whole)
-    certain = floor**4 / (2 * vehicle.drag_ratio)
+    pairs = []
     for wanted in signs:
-        if certain < least and _determinant_falls_below(
-            least, wanted, of_signs[wanted][0], judged
-        ):
-            of_signs[wanted] = shapely.intersection(of_signs[wanted], signed(wanted))
-    pairs = [of_signs[wanted] for wanted in signs]
+        # Each polygon of the inner shape is off R = 0, so R has one sign on it.
+        pair = np.array([_of_sign(wanted, shape, vehicle) for shape in region.pair])
+        if floor <= _BAND * level_of(rotors_of(vehicle)).rate * accuracy:
+            # The outer shape may reach over R = 0.
+            whole = _red_sign(wanted, vehicle, accuracy)[1]
+            pair[1] = shapely.intersection(region.outer, whole)
+        # |R| is at least a product of four singular values, over 2κ.
+        certain = floor**4 / (2 * vehicle.drag_ratio)
+        if certain < least and _determinant_falls_below(least, wanted, pair[0], judged):
+            pair = shapely.intersection(pair, signed(wanted))
+        pairs.append(pair)
     return region_of(_union(pairs), region.accuracy, condition, *region.conditions)
 
 
+def _of_sign(sign: int, shape: MultiPolygon, vehicle: Vehicle) -> BaseGeometry:
+    """Return the polygons of a shape in whose inside R has a sign on red."""
+    parts = np.array(shape.geoms)
+    points = shapely.point_on_surface(parts)
+    labels = red_label(shapely.get_x(points), shapely.get_y(points), vehicle)
+    return shapely.union_all(parts[labels.prod(axis=-1) == sign])
+
+
+@lru_cache(maxsize=32)
 def _physical(vehicle: Vehicle, floor: float, accuracy: float) -> Region:
     """Return where on red the least singular value, the hover thrusts and the tilts keep their limits."""
     decided = floor + _DECIDED if floor > 0 else 0.0
@@ -786,17 +793,6 @@ def _tilt_region(tilt_range: Sequence[Sequence[float]]) -> Region:
             name="tilts within their ranges", broken_at=partial(_beyond, low, high)
         )
     return region_of([rectangle(*low, *high)] * 2, 0.0, condition)
-
-
-def _parts_of_signs(region: Region, vehicle: Vehicle) -> dict[int, Pair]:
-    """Return the polygons of a region off R = 0 on which R is positive, and those on which it is negative."""
-    found: dict[int, Pair] = {wanted: _NOWHERE.copy() for wanted in (1, -1)}
-    for k, shape in enumerate((region.inner, region.outer)):
-        for part in shape.geoms:
-            point = part.representative_point()
-            of_sign = found[int(red_label(point.x, point.y, vehicle).prod())]
-            of_sign[k] = of_sign[k].union(part)
-    return found
 
 
 def _beyond(low: Sequence[float], high: Sequence[float], *at: float) -> str | None:
