@@ -104,7 +104,7 @@ def test_a_graph_keeps_its_contract_and_its_edges_are_those_of_the_physics(
             assert least <= data["least_singular_value"] * 1.05 + 1e-3
         if data["flyable"]:
             flyable += 1
-            assert gg.validation.validate_geometry(chord[:3], vehicle).flyable
+            assert gg.validate(chord[:3], vehicle=vehicle).flyable
     assert flyable > 20 or sign == "negative"
 
 
@@ -158,7 +158,6 @@ def test_a_table_that_is_run_once_is_judged_without_a_segment_back() -> None:
         assert report.as_mapping()["repeats"] == (not once)
     broken = gg.validation.validate_geometry([*rows[:2], rows[2], rows[0]], geometry)
     assert not broken.flyable
-    assert gg.validation.validate_geometry(rows[:2], "paper", once=True).flyable
 
 
 ODD = gg.Vehicle(
@@ -173,35 +172,54 @@ ODD = gg.Vehicle(
         [0.15, -0.2, 0],
     ],
 )
+RATES = ("tilt_rate", "tilt_acceleration")
 ROWS = np.array(
     [[-0.3, 0.3, -0.3, 0.3], [-0.4, 0.3, -0.4, 0.3], [-0.4, 0.5, -0.4, 0.5]]
 )
 
 
-def test_every_form_of_a_gait_is_judged_by_physics_alone() -> None:
-    expected = gg.validation.validate_geometry(ROWS, ODD).as_mapping()
+def test_every_form_of_a_gait_is_judged_by_physics() -> None:
     gait = gg.Gait(alpha=ROWS, vehicle=ODD)
-    forms: list[tuple[Any, dict[str, Any]]] = [
-        (gait, {}),
-        (gait.parametrize(2.0), {}),
-        (ROWS, {"vehicle": ODD}),
-    ]
-    for form, choice in forms:
-        report = gg.validate(form, **choice)
-        assert report.as_mapping() == expected
-        assert bool(report)
+    timed = gait.parametrize(2.0)
+    names = {"closed", "R_sign", "least_singular_value", "hover_thrust"}
+    for report in (
+        gg.validate(gait),
+        gg.validate(timed),
+        gg.validate(ROWS, vehicle=ODD),
+        gg.validate(ROWS, vehicle=ODD, coefficients="exact"),
+    ):
+        assert {check.name for check in report.checks} - {*RATES} == names
         assert (report.valid, report.two_color, report.flyable) == (None, None, True)
-    assert gg.validate(ROWS, vehicle=ODD, coefficients="exact")
-    unused: dict[str, Any] = {"tolerance": 0.1, "crossing_tolerance": 0.1}
-    for name, value in unused.items():
-        with pytest.raises(gg.InputError, match=f"{name} must be omitted") as caught:
-            gg.validate(ROWS, vehicle=ODD, **{name: value})
-        assert caught.value.field == name
+        assert bool(report)
+        assert report.hover_thrusts is not None
     assert not gg.validate(ROWS - [0.0, 0.9, 0.0, 0.9], vehicle=ODD)
     with pytest.raises(gg.InputError, match="rotors 1 and 3"):
         gg.validate(
             {"alpha1": ROWS[:, 0], "alpha2": ROWS[:, 1], "color": "red"}, vehicle=ODD
         )
+
+
+@pytest.mark.parametrize(
+    ("limit", "check"),
+    [
+        ({"max_thrust": 4.0}, "thrust_limit"),
+        ({"max_tilt": "20deg"}, "tilt_range"),
+        ({"max_tilt_rate": [9, 0.01, 9, 9]}, "tilt_rate"),
+        ({"max_tilt_acceleration": [9, 9, 0.01, 9]}, "tilt_acceleration"),
+    ],
+)
+def test_every_limit_of_a_vehicle_is_judged(
+    limit: dict[str, Any], check: str, tmp_path: Path
+) -> None:
+    timed = gg.Gait(alpha=ROWS, vehicle=ODD).parametrize(2.0)
+    timed.write(tmp_path / "rows.csv")
+    tight = ODD.replace(**limit)
+    for report in (
+        gg.validate(gg.Gait(alpha=ROWS, vehicle=tight).parametrize(2.0)),
+        gg.validate(tmp_path / "rows.csv", vehicle=tight),
+    ):
+        broken = [one.name for one in report.checks if not one.ok]
+        assert broken == [check]
 
 
 def test_commands_refuse_the_vehicle_in_one_line_before_all_else(

@@ -48,6 +48,10 @@ def flies(
     holds = (R > 0) == (sign == "positive")
     holds &= (hover_thrust_shares(alpha, vehicle) > 0).all(axis=1)
     holds &= least_singular_value(alpha, vehicle) >= floor
+    if vehicle.thrust_share is not None:
+        holds &= (hover_thrust_shares(alpha, vehicle) <= vehicle.thrust_share).all(
+            axis=1
+        )
     if vehicle.tilt_range is not None:
         low, high = np.array(vehicle.tilt_range).T
         holds &= ((alpha >= low) & (alpha <= high)).all(axis=1)
@@ -58,7 +62,10 @@ def flies(
 @pytest.mark.parametrize("vehicle", [gg.PAPER, *VEHICLES[:2], *OF_ANY_AXES[:3]])
 def test_a_region_is_proven_inside_and_outside(vehicle: gg.Vehicle, sign: Sign) -> None:
     limited = vehicle.replace(
-        min_tilt=["-50deg", "-70deg", "-40deg", "-80deg"], max_tilt="60deg"
+        min_tilt=["-50deg", "-70deg", "-40deg", "-80deg"],
+        max_tilt="60deg",
+        mass=1.0,
+        max_thrust=3.4,
     )
     for body, floor in ((vehicle, 0.05), (limited, 0.3)):
         region = sheet_region(body, sign=sign, floor=floor, accuracy=0.02)

@@ -144,15 +144,21 @@ class CurvedSheet:
         """Return what α3 and α4 change by at most within `reach` of α1 and of α2 [rad], shape (m, 2); else infinity."""
         U = self._directions(alpha1, alpha2)
         turned = self._turned(alpha1, alpha2)
-        largest = self.waves.sum(axis=1)
-        speed = np.linalg.norm(turned, axis=-1).sum(axis=-1)
-        least = np.linalg.norm(U, axis=-1) - speed * reach - 2 * largest * reach**2
+        lengths, shortened = self.lengths_within(alpha1, alpha2, reach)
         # det(U, ∂U) depends on one of the two angles, and changes by no more than 2·largest² per radian of it.
         turning = np.abs(_across(U[..., None, :], turned)).sum(axis=-1)
-        turning += 4 * largest**2 * reach
+        turning += 4 * self.waves.sum(axis=1) ** 2 * reach
         with np.errstate(divide="ignore"):
-            change = reach * turning / np.maximum(least, 0.0) ** 2
+            change = reach * turning / np.maximum(lengths - shortened, 0.0) ** 2
         return np.asarray(change)
+
+    def lengths_within(
+        self, alpha1: FloatArray, alpha2: FloatArray, reach: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return |U3| and |U4|, and what they change by at most within `reach` of both angles, both of shape (m, 2)."""
+        lengths = np.linalg.norm(self._directions(alpha1, alpha2), axis=-1)
+        speed = np.linalg.norm(self._turned(alpha1, alpha2), axis=-1).sum(axis=-1)
+        return lengths, reach * speed + 2 * reach**2 * self.waves.sum(axis=1)
 
     def bounds_along(self, starts: FloatArray, ends: FloatArray) -> CurveBounds:
         """Return proven bounds along segments of (α1, α2), of shape (m, 2) [rad], by the share s of a segment."""

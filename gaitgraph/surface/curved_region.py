@@ -42,8 +42,8 @@ def sheet_region(
 ) -> Region:
     """Return where a vehicle of any four rotors can fly on its sheet, as squares whose sides are above a third of `accuracy`.
 
-    There its hover thrusts are positive, its tilts within their ranges and ±π/2, R has the `sign`, and the least singular
-    value of the level matrix is at least `floor`. Largest thrusts are not judged. `inner` is proven; what is between it
+    There its hover thrusts are positive and within `max_thrust`, its tilts within their ranges and ±π/2, R has the
+    `sign`, and the least singular value of the level matrix is at least `floor`. `inner` is proven; what is between it
     and `outer` is undecided, along borders mostly as wide as the accuracy.
 
     >>> region = sheet_region("paper", accuracy=0.02)
@@ -74,7 +74,7 @@ def sheet_region(
     # Sides that squares share are multiples of the smallest, so that no gap is left between them.
     inner = shapely.union_all(_boxes(inside, reach))
     outer = shapely.union_all(_boxes([*inside, *undecided], reach))
-    name = f"hover thrusts > 0 · tilts in range · least singular value ≥ {floor:g}"
+    name = f"hover thrusts in range · tilts in range · least singular value ≥ {floor:g}"
     return region_of(
         [inner, outer], accuracy, Condition(name=name, broken_at=conditions.broken_at)
     )
@@ -98,6 +98,7 @@ class _Conditions:
         self.coefficients = coefficients_of(vehicle, "exact")
         self.sheet = sheet_of(rotors)
         self.rates = level_of(rotors).rates
+        self.largest_thrust = vehicle.thrust_share
         ranges = np.array(vehicle.tilt_range or [[-HALF_PI, HALF_PI]] * 4)
         self.ranges = np.clip(ranges, -HALF_PI, HALF_PI)
         # Forms that have the sign of ρ: ρ itself, and those of rotors 3 and 4 within their ranges.
@@ -113,9 +114,14 @@ class _Conditions:
         size = float(least_singular_value(alpha, self.vehicle))
         if not size >= self.floor:
             return f"least singular value must be ≥ {self.floor:g}, got {size:.4g}"
-        least = float(self.sheet.hover_thrusts(alpha1, alpha2).min())
-        if least <= 0:
-            return f"hover thrusts must be positive, got {least:.4g} of m·g"
+        thrusts = self.sheet.hover_thrusts(alpha1, alpha2)
+        if thrusts.min() <= 0:
+            return f"hover thrusts must be positive, got {thrusts.min():.4g} of m·g"
+        largest = self.largest_thrust
+        if largest is not None and thrusts.max() > largest:
+            return (
+                f"hover thrusts must be ≤ {largest:.4g} of m·g, got {thrusts.max():.4g}"
+            )
         low, high = self.ranges.T
         for rotor in np.flatnonzero((alpha < low) | (alpha > high)):
             got = f"{math.degrees(alpha[rotor]):.4g}°"
@@ -152,7 +158,7 @@ class _Conditions:
     def _forms_on(
         self, centers: FloatArray, reach: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the forms at centers, and by how much they change on squares around them, both of shape (k, m)."""
+        """Return what must have the sign of ρ at centers, and how much it changes on squares around them, shape (k, m)."""
         u, turned = (
             np.stack([np.cos(angles), np.sin(angles)])
             for angles in (centers.T, centers.T + math.pi / 2)
@@ -171,5 +177,15 @@ class _Conditions:
         own = np.einsum("xa,axm->xm", self.sheet.inputs, u[:, ::-1])
         slopes = np.einsum("xa,axm->xm", self.sheet.inputs, turned[:, ::-1])
         bend = np.linalg.norm(self.sheet.inputs, axis=1)[:, None] * reach**2 / 2
-        changes = np.concatenate([changes, reach * np.abs(slopes) + bend])
-        return np.concatenate([values, own]), (1 + 1e-9) * changes
+        own_changes = reach * np.abs(slopes) + bend
+        conditions, bounds = [values, own], [changes, own_changes]
+        if self.largest_thrust is not None:
+            lengths, shortened = self.sheet.lengths_within(
+                centers[:, 0], centers[:, 1], reach
+            )
+            opposite = np.sign(values[0]) * lengths.T
+            thrusts = np.concatenate([own, opposite])
+            conditions.append(self.largest_thrust * values[0] - thrusts)
+            moved = np.concatenate([own_changes, shortened.T])
+            bounds.append(self.largest_thrust * changes[0] + moved)
+        return np.concatenate(conditions), (1 + 1e-9) * np.concatenate(bounds)

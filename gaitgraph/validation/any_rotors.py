@@ -10,19 +10,13 @@ import numpy as np
 
 from gaitgraph import later
 from gaitgraph.angles import angles_from, checked_number, figure
-from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.table import RATE_UNITS, is_closed
+from gaitgraph.errors import InputError
+from gaitgraph.gait.table import is_closed
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.physics import tilt_range
-from gaitgraph.validation.report import (
-    LIMITED,
-    Check,
-    Report,
-    State,
-)
+from gaitgraph.validation.report import LIMITED, Check, Report, State
 from gaitgraph.validation.rules import Segments, check_of
-from gaitgraph.vehicle import Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -33,7 +27,7 @@ if TYPE_CHECKING:
 
 def validate_geometry(
     table: str | Path | npt.ArrayLike,
-    geometry: Geometry | VehicleLike,
+    geometry: Geometry,
     *,
     floor: float = DEFAULT_FLOOR,
     once: bool = False,
@@ -46,7 +40,7 @@ def validate_geometry(
         A gait file with a column alpha1 … alphaN for each rotor that tilts (or with _deg), or an (n, N) array [rad].
         The last row is joined with the first, unless the file says that it is run once.
     geometry
-        The rotors; of a vehicle its tilt ranges count, and other limits are refused, since they are not judged.
+        The rotors. A vehicle of four is judged by :func:`gaitgraph.validation.validating.validate`.
     floor
         Least singular value floor of the level matrix, dimensionless.
     once
@@ -71,10 +65,6 @@ def validate_geometry(
     >>> report.flyable, round(report.checks[0].value, 4)
     (True, 0.3373)
     """
-    if not isinstance(geometry, Geometry):
-        vehicle = vehicle_named(geometry)
-        _check_no_limits(vehicle)
-        geometry = Geometry.of_vehicle(vehicle)
     floor = checked_number("floor", floor)
     alpha, repeats = _rows_of(table, geometry)
     is_path = (once or not repeats) and len(alpha) > 1
@@ -92,18 +82,6 @@ def validate_geometry(
         repeats=not is_path,
         unlimited=tuple(name for name in LIMITED if name not in judged),
     )
-
-
-def _check_no_limits(vehicle: Vehicle) -> None:
-    """Raise InputError if a vehicle states a limit that is not judged for rotors of any geometry."""
-    for field in ("max_thrust", *(f"max_tilt_{kind}" for kind in RATE_UNITS)):
-        stated = getattr(vehicle, field)
-        if stated is not None:
-            raise InputError(
-                f"{field} must be omitted for rotors that no half turn maps to each other, since it is not judged, got "
-                f"{shown(stated)}",
-                field=field,
-            )
 
 
 def _rows_of(

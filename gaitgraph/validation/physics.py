@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -359,10 +359,14 @@ def _idle_or_down(
     sides = f"α1 < {first:.4f} and α2 > {second:.4f}"
     if math.isclose(first, -second):
         sides = "α1 < δ and α2 > −δ"
-    refusal = (
-        f"hover thrusts are not positive{size} at {place}{rotors}: keep β1 and β2 of opposite signs "
-        f"({sides}, or both the other way)"
-    )
+    advice = "keep away from there"
+    if vehicle.asymmetry is None:
+        first, second = level_of_vehicle(vehicle).crossings
+        sides = f"α1 < {first:.4f} and α2 > {second:.4f}"
+        if math.isclose(first, -second):
+            sides = "α1 < δ and α2 > −δ"
+        advice = f"keep β1 and β2 of opposite signs ({sides}, or both the other way)"
+    refusal = f"hover thrusts are not positive{size} at {place}{rotors}: {advice}"
     return refusal, value, place
 
 
@@ -525,9 +529,16 @@ def report_of(
     """Return all checks of a gait, in the order of the report.
 
     `closed` is the check of how it closes, `rates` are those of its times, and `lone` rows that are far from the others.
+    Without planes, for a vehicle that is not symmetric, there are no types and no Figure 15: what is left is physics.
     """
-    vehicle = criteria.vehicle
-    fit, residual = fit_of(segments, criteria), residual_of(segments, criteria)
+    fit = fit_of(segments, criteria)
+    brackets = brackets_of(segments, criteria, fit)
+    sign = sign_of_R(segments, criteria, fit, brackets)
+    physics = _physics_of(segments, criteria, fit, brackets)
+    checks = [sign, *physics.checks]
+    if criteria.vehicle.asymmetry is not None:
+        return replace(physics, checks=(closed, *checks, *rates))
+    residual = residual_of(segments, criteria)
     misreading = Misreading()
     if segments.noun == "row" and residual[0] > criteria.tolerance:  # people bring rows
         misreading = misreading_of(
@@ -536,16 +547,32 @@ def report_of(
     surface = on_surface(segments, criteria, residual, misreading, lone)
     colored, has_bare = two_color(segments, criteria)
     stays, is_off_sheets = continuous(segments, criteria, fit)
-    brackets = brackets_of(segments, criteria, fit)
+    checks = [surface, colored, stays, *checks]
+    causes = _causes(checks, fit, residual[1], is_off_sheets, has_bare)
+    if misreading.convention is not None:
+        causes = _causes_of_convention(checks, misreading.convention)
+    by_lone_rows = _broken_at([surface, *rates], lone)
+    causes |= dict.fromkeys(by_lone_rows[1:], *by_lone_rows[:1])
+    notes = physics.notes
+    if lone.note and not by_lone_rows:
+        notes += (lone.note,)
+    reachable, reason = reachability(segments, criteria, fit)
+    return replace(
+        physics,
+        checks=(closed, *following([*checks, *rates], causes)),
+        reachable_from_hover=reachable,
+        reachability=reason,
+        notes=notes,
+    )
+
+
+def _physics_of(
+    segments: Segments, criteria: Criteria, fit: Fit, brackets: Brackets
+) -> Report:
+    """Return the report of physics on any vehicle, without rates."""
+    vehicle = criteria.vehicle
     thrusts, shares = hover_thrust(segments, criteria, fit, brackets)
-    checks = [
-        surface,
-        colored,
-        stays,
-        sign_of_R(segments, criteria, fit, brackets),
-        least_singular_value(segments, criteria, fit, brackets),
-        *thrusts,
-    ]
+    checks = [least_singular_value(segments, criteria, fit, brackets), *thrusts]
     if vehicle.tilt_range is not None:
         ranges, passing = np.array(vehicle.tilt_range), criteria.passing
         extremes = criteria.extremes
@@ -554,20 +581,9 @@ def report_of(
     over: Literal["time", "length"] = "length"
     if shares is not None:
         power, over = mean_hover_power(segments, vehicle)
-    causes = _causes(checks, fit, residual[1], is_off_sheets, has_bare)
-    if misreading.convention is not None:
-        causes = _causes_of_convention(checks, misreading.convention)
-    by_lone_rows = _broken_at([surface, *rates], lone)
-    causes |= dict.fromkeys(by_lone_rows[1:], *by_lone_rows[:1])
-    notes = (*vehicle.warnings, *_notes_on_thrust(shares, vehicle))
-    if lone.note and not by_lone_rows:
-        notes += (lone.note,)
-    reachable, reason = reachability(segments, criteria, fit)
     return Report(
-        checks=(closed, *following([*checks, *rates], causes)),
-        reachable_from_hover=reachable,
-        reachability=reason,
-        notes=notes,
+        checks=tuple(checks),
+        notes=(*vehicle.warnings, *_notes_on_thrust(shares, vehicle)),
         unlimited=tuple(
             name for name, stated in LIMITED.items() if getattr(vehicle, stated) is None
         ),

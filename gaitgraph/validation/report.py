@@ -250,8 +250,8 @@ def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
 class Report(Pictured):
     """All checks of one gait; false in a condition if it is not valid.
 
-    The paper's rules do not apply to rotors that no half turn maps to each other: such a report has checks of physics
-    alone, `valid` is None, and it is false in a condition if the gait is not flyable.
+    The rules of planes do not apply to vehicles that are not symmetric, and to other than four rotors: without them
+    `valid` is None, and a report is false in a condition if the gait is not flyable.
 
     Parameters
     ----------
@@ -294,10 +294,9 @@ class Report(Pictured):
     @property
     def valid(self) -> bool | None:
         """Whether every rule of the paper holds, None where these do not apply."""
-        rules = [check for check in self.checks if check.kind == "valid"]
-        if not rules:
+        if not any(check.name == "two_color" for check in self.checks):
             return None
-        return not any(check.broken for check in rules)
+        return not any(check.broken for check in self.checks if check.kind == "valid")
 
     @property
     def two_color(self) -> bool | None:

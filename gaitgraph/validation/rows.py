@@ -100,7 +100,9 @@ def _report_of_straight_rows(
             f"the closing segment from row {count} to row 1 is {gap:.4g} rad long, the longest step between "
             f"rows {longest:.4g} rad: is the end of the table missing? Or is it a path that is run once?"
         )
-    listing = None if is_path else _listing(segments, criteria)
+    listing = None
+    if not is_path and criteria.vehicle.asymmetry is None:
+        listing = _listing(segments, criteria)
     return replace(
         report,
         notes=(*report.notes, *notes),

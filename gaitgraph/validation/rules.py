@@ -250,7 +250,9 @@ class Fit:
 def fit_of(segments: Segments, criteria: Criteria) -> Fit:
     """Return how the points of a gait lie to the sheets of their colors."""
     color, coefficients = segments.color, criteria.coefficients
-    distances = sheet_distances(segments.alpha, coefficients)
+    distances = np.full((len(color), 2), np.inf)  # without planes
+    if coefficients.rotors.asymmetry is None:
+        distances = sheet_distances(segments.alpha, coefficients)
     near = distances <= criteria.tolerance
     on_blue = bool((near[:, 1] & ~near[:, 0]).any())
     return Fit(

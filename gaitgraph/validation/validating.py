@@ -16,10 +16,9 @@ import numpy as np
 from gaitgraph.errors import InputError, shown
 from gaitgraph.files import naming_file
 from gaitgraph.gait.given import given_gait
-from gaitgraph.gait.table import surface_of, tilt_angles
+from gaitgraph.gait.table import surface_of
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
-from gaitgraph.validation.any_rotors import validate_geometry
 from gaitgraph.validation.physics import report_of
 from gaitgraph.validation.rows import report_of_rows
 from gaitgraph.validation.rules import Criteria, check_of, segments_of
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import CheckOptions, Report
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
 
 def check_gait(
@@ -69,13 +68,6 @@ def check_gait(
     >>> report.valid, report.flyable, report.reachable_from_hover
     (True, True, False)
     """
-    if gait.vehicle.asymmetry is not None:
-        options = {
-            "tolerance": tolerance,
-            "floor": floor,
-            "angle_rounding": angle_rounding,
-        }
-        return _report_of_physics(gait.alpha, gait.vehicle, True, options)
     criteria = Criteria(
         vehicle=gait.vehicle,
         coefficients=gait.coefficients,
@@ -119,9 +111,9 @@ def validate(
     Returns
     -------
     Report
-        False in a condition if the gait is not valid. Where no half turn maps the rotors to each other, it is that of
-        :func:`gaitgraph.validation.any_rotors.validate_geometry`. For a table `where` holds the row, counted from 1, at which a
-        segment starts, the fraction along it, the time and the tilt angles.
+        False in a condition if the gait is not valid. A vehicle that is not symmetric is judged by physics alone. For a
+        table `where` holds the row, counted from 1, at which a segment starts, the fraction along it, the time and the
+        tilt angles.
 
     Raises
     ------
@@ -150,30 +142,20 @@ def validate(
     table = given.table
     if table is not None:
         with naming_file(given.file):
-            body, numbers, _ = surface_of(table, given.vehicle, given.coefficients)
-            if body.asymmetry is not None:
-                alpha = tilt_angles(table, numbers)
-                options = {
-                    **limits,
-                    "coefficients": given.coefficients,
-                    "crossing_tolerance": crossing_tolerance,
-                }
-                return _report_of_physics(alpha, body, table.repeats, options)
             return _report_of_table(given, table, crossing_tolerance, limits)
     if crossing_tolerance is not None:
         raise InputError(
             f"crossing_tolerance must be None beside a gait, which has its own, got {shown(crossing_tolerance)}"
         )
     bare = given.gait
-    if bare.vehicle.asymmetry is not None:
-        return check_gait(bare, **limits)
     motion = given.motion
     if motion is not None and not motion.repeats:
         return motion.check(**limits)  # colourings are of loops
     report = check_gait(bare, **limits)
     if motion is not None:
         report = report.with_timing(motion)
-    if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
+    has_planes = bare.vehicle.asymmetry is None
+    if not has_planes or (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
         return report  # colourings are of loops in [−π/2, π/2]²
     loop = colorings(
         bare.alpha,
@@ -181,24 +163,6 @@ def validate(
         crossing_tolerance=bare.crossing_tolerance,
     )
     return replace(report, listing=loop)
-
-
-def _report_of_physics(
-    alpha: FloatArray, vehicle: Vehicle, repeats: bool, options: dict[str, Any]
-) -> Report:
-    """Return every check of straight segments on rotors that no half turn maps to each other."""
-    unused = {"tolerance": DEFAULT_TOLERANCE, "angle_rounding": None}
-    unused |= {"coefficients": None, "crossing_tolerance": None}
-    for name, default in unused.items():
-        stated = options.get(name, default)
-        if name == "coefficients" and stated == "exact":
-            continue  # the only ones that such a vehicle has
-        if stated != default:
-            raise InputError(
-                f"{name} must be omitted for rotors of any geometry, got {shown(stated)}",
-                field=name,
-            )
-    return validate_geometry(alpha, vehicle, floor=options["floor"], once=not repeats)
 
 
 def _report_of_table(
