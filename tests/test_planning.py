@@ -1,10 +1,9 @@
-"""Plans: the paper's gaits, preferences, alternatives, refusals with certificates."""
+"""Plans: what loops keep, which loop is preferred, why there is none, and where waypoints and loops in files lie."""
 
 from __future__ import annotations
 
 import json
 import math
-import re
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -15,605 +14,476 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.graph.build import surface_graph
-from tests.published import GAITS, PublishedGait
-from tests.samples import along, loop_of
+from gaitgraph.invertibility import (
+    coefficients_of,
+    hover_thrust_shares,
+    least_singular_value,
+    level_determinant,
+    pitch_sensitivity,
+    roll_sensitivity,
+)
+from gaitgraph.planning.request import colorings_of_file
+from tests.published import GAITS
+from tests.samples import MIRRORED, along, loop_of
 
 if TYPE_CHECKING:
-    from gaitgraph.planning.planner import Plan
+    from pathlib import Path
+
+    from gaitgraph.planning.branch import Refusal
 
 G1, _, G3, _ = GAITS
+STRONG = gg.Vehicle(drag_ratio=0.4)
+# Straight between these two the least singular value of STRONG dips under 0.9.
+ACROSS = [("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+RED_BELOW: dict[str, Any] = {"color": "red", "sign": "negative"}
+WALL = [(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)]
+FENCE = [(0.5, -2.0), (0.7, -2.0), (0.7, 2.0), (0.5, 2.0)]
+angle = st.floats(-1.57, 1.57)
+methods = pytest.mark.parametrize("method", ["grid", "exact"])
 
 
-def on_grid(waypoints: Any, **request: Any) -> Plan:
-    """Plan by the paper's method and rules; what any-angle loops do is tested in test_planning_any_angle."""
-    method = {} if "graph" in request else {"method": "grid"}
-    return gg.plan_loop(waypoints, **{"require": "valid", **method, **request})
+def pairs(text: str) -> list[tuple[str, ...]]:
+    """Return waypoints that are written as "0.5 -0.5, pi/8 0"."""
+    return [tuple(pair.split()) for pair in text.split(", ")]
 
 
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-def test_the_papers_gaits_plan_themselves(gait: PublishedGait) -> None:
-    plan = on_grid(gait.waypoints, color=gait.color)
-    assert plan
-    assert (loop_of(plan).color, loop_of(plan).sign) == (gait.color, gait.sign)
-    assert plan.report.valid
-    assert plan.report.flyable is gait.flyable
-    assert plan.report.reachable_from_hover is gait.reachable
-    assert len(plan.gait.alpha) == 4
-    np.testing.assert_allclose(
-        plan.gait.alpha, np.column_stack([gait.angles, gait.printed]), atol=5.0001e-4
-    )
-    np.testing.assert_allclose(plan.timed().vertices(), plan.gait.alpha)
-    assert len(loop_of(plan).path.alpha) == 16
-    assert loop_of(plan).length == pytest.approx(pi)
-    assert (plan.reason is None) is gait.flyable
-    assert (plan.report.reachability in plan.warnings) is (not gait.reachable)
-    backward = on_grid(gait.waypoints, color=gait.color, reverse=True)
-    assert plan.waypoints == plan.request.waypoints
-    np.testing.assert_array_equal(plan.gait.reversed().alpha, backward.gait.alpha)
-    assert backward.waypoints[1] == plan.waypoints[3]
+def short(loop: Any) -> str:
+    """Return color and sign of a loop or a refusal as "red +"."""
+    return f"{loop.color} {'+' if loop.sign == 'positive' else '-'}"
 
 
-@pytest.mark.parametrize("method", ["grid", "exact"])
-def test_a_flyable_detour_beats_a_shorter_valid_loop(method: Any) -> None:
-    """Straight between these two the least singular value dips under the floor; a detour keeps it."""
-    vehicle = gg.Vehicle(drag_ratio=0.4)
-    points = [("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
-    plan = gg.plan_loop(
-        points,
-        color="red",
-        sign="negative",
-        floor=0.9,
-        vehicle=vehicle,
-        method=method,
-        accuracy=1e-4,
-        require="valid",
-    )
-    assert plan.reason is None
-    assert plan.report.flyable
-    (straight,) = plan.alternatives
-    assert straight.report.valid
-    assert not straight.report.flyable
-    assert straight.length < loop_of(plan).length
-    assert straight.length == pytest.approx(pi / 2 * math.sqrt(2))
-    for loop, above in ((loop_of(plan), True), (straight, False)):
-        least = gg.invertibility.least_singular_value(
-            along(loop.gait.alpha, 501), vehicle
-        ).min()
-        assert bool(least >= 0.9) is above
-
-
-def test_a_loop_that_only_the_clock_forbids_is_preferred_to_one_that_physics_forbids() -> (
-    None
-):
-    vehicle = gg.Vehicle(drag_ratio=0.4, max_tilt_rate=0.1)
-    points = [("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
-    plan = on_grid(points, color="red", sign="negative", floor=0.9, vehicle=vehicle)
-    assert [check.name for check in plan.report.checks if not check.ok] == ["tilt_rate"]
-    assert "needs a period of at least" in str(plan.reason)
-    (shorter,) = plan.alternatives
-    assert shorter.length < loop_of(plan).length
-
-
-def test_plans_repeat_and_serialise() -> None:
-    first, second = (
-        json.dumps(on_grid(G3.waypoints).as_mapping(), allow_nan=False)
-        for _ in range(2)
-    )
-    assert first == second
-    keys = list(json.loads(first))
-    assert " ".join(keys) == (
-        "status reason advice color sign waypoints path types colors length lower_bound order_exact corners vertices "
-        "alternatives valid two_color flyable reachable_from_hover not_judged hover_power hover_power_over checks "
-        "warnings refusals crossing_tolerance method request"
-    )
-    refused = json.loads(
-        json.dumps(on_grid(G1.waypoints, coefficients="exact").as_mapping())
-    )
-    assert list(refused) == keys
-    assert (refused["status"], refused["path"], refused["length"]) == (
-        "infeasible",
-        [],
-        None,
-    )
-    assert refused["valid"] is refused["flyable"] is False
-
-
-points = st.lists(
-    st.tuples(st.floats(-1.57, 1.57), st.floats(-1.57, 1.57)), min_size=1, max_size=3
-)
+# -- What loops keep
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=8)
-@given(points=points, divisions=st.integers(3, 20))
+@settings(deadline=None, max_examples=15)
+@given(
+    points=st.lists(st.tuples(angle, angle), min_size=1, max_size=3),
+    divisions=st.none() | st.integers(3, 20),
+    vehicle=st.sampled_from([gg.PAPER, MIRRORED, STRONG]),
+    objective=st.sampled_from(["shortest", "robust"]),
+    reverse=st.booleans(),
+)
 def test_whatever_is_planned_holds_when_sampled(
-    points: list[tuple[float, float]], divisions: int
+    points: Any, divisions: Any, vehicle: Any, objective: Any, reverse: bool
 ) -> None:
-    plan: Plan = on_grid(points, divisions=divisions)
+    asked: Any = {"vehicle": vehicle, "objective": objective, "reverse": reverse}
+    plan = gg.plan_loop(points, divisions=divisions, require="valid", **asked)
+    json.dumps(plan.as_mapping(), allow_nan=False)
     if plan.loop is None:
         assert plan.refusals
         return
+    gait, path = plan.gait, plan.loop.path.alpha[:, :2]
+    passed = along(gait.alpha, 101)
+    reachability = plan.report.reachability
     assert plan.report.valid
-    gait, passed = plan.gait, along(plan.gait.alpha, 101)
-    for residual in (
-        gg.invertibility.roll_sensitivity,
-        gg.invertibility.pitch_sensitivity,
-    ):
-        assert np.abs(residual(passed, gait.coefficients)).max() < 1e-10
-    R = gg.invertibility.level_determinant(passed, gait.coefficients)
+    assert (plan.reason is None) is plan.report.flyable
+    assert (reachability in plan.warnings) is not plan.report.reachable_from_hover
+    assert np.abs(roll_sensitivity(passed, gait.coefficients)).max() < 1e-10
+    assert np.abs(pitch_sensitivity(passed, gait.coefficients)).max() < 1e-10
+    R = level_determinant(passed, gait.coefficients)
     assert R.min() * R.max() > 0 or not plan.report["R_sign"].decided
-    for point in plan.waypoints:
-        assert (
-            np.abs(loop_of(plan).path.alpha[:, :2] - point).max(axis=1).min() <= 1e-9
-        )  # what is closer is one node
     if plan.report.flyable:
-        assert gg.invertibility.least_singular_value(passed).min() >= 0.05
-        assert gg.invertibility.hover_thrust_shares(passed).min() > 0
+        assert least_singular_value(passed, vehicle).min() >= 0.05
+        assert hover_thrust_shares(passed, vehicle).min() > 0
+    at = 0
+    for point in plan.waypoints:  # passed in order; the grid takes 1e-9 for the same
+        near = np.abs(path[at:] - point).max(axis=1) <= 1e-9
+        at += int(near.argmax())
+        assert near.any()
+    order = plan.loop.order
+    assert [plan.request.waypoints[k] for k in order] == list(plan.waypoints)
+    assert not reverse or list(order[1:]) == sorted(order[1:], reverse=True)
 
 
-def test_robust_ties_are_ties() -> None:
-    """Two waypoints whose own least singular value is the worst case: the straight way is as robust as any."""
-    for points, divisions in (
-        ([("-pi/8", "3pi/8"), ("-pi/8", "5pi/16")], 16),
-        ([("-3pi/8", "pi/8"), ("-3pi/8", "0")], 8),
-    ):
-        shortest, robust = (
-            on_grid(
-                points,
-                color="red",
-                sign="positive",
-                divisions=divisions,
-                objective=objective,
-            )
-            for objective in ("shortest", "robust")
-        )
-        assert loop_of(robust).length == pytest.approx(loop_of(shortest).length)
+def test_the_loop_is_made_for_the_request() -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate=20.0)
+    asked: Any = {"vehicle": vehicle, "divisions": 8, "floor": 0.01}
+    for kind in ("published", "printed", "exact"):
+        plan = gg.plan_loop(G3.waypoints, coefficients=kind, period=3.0, **asked)
+        assert plan.gait.vehicle == vehicle
+        assert plan.gait.coefficients == coefficients_of(vehicle, kind)
+        assert plan.gait.crossing_tolerance == pi / 16
+        assert plan.report["least_singular_value"].limit == 0.01
+        rates = plan.timed().check()
+        assert plan.report["tilt_rate"].value == rates["tilt_rate"].value
+    square = np.array([WALL])
+    plan = gg.plan_loop(G3.waypoints, vehicle={"drag_ratio": 0.1}, keep_out=square)
+    assert plan.request.vehicle.drag_ratio == 0.1
+    assert loop_of(plan).length > pi
+
+
+def test_beyond_nine_waypoints_the_order_is_approximate() -> None:
+    points = [(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(10)]
+    plan = gg.plan_loop(points, any_order=True, divisions=16)
+    ordered = gg.plan_loop(points, divisions=16)
+    assert loop_of(plan).length < loop_of(ordered).length
+    assert sorted(loop_of(plan).order) == list(range(10))
+    assert any("is approximate" in warning for warning in plan.warnings)
+    assert plan.as_mapping()["order_exact"] is False
+    assert loop_of(ordered).order_exact
+    nine = gg.plan_loop(points[:9], any_order=True, divisions=16)
+    assert loop_of(nine).order_exact
 
 
 def test_blue_edges_with_a_tiny_R_of_one_sign_are_used() -> None:
     for divisions, cells in ((40, ((5, 1), (5, 2))), (32, ((1, 27), (1, 28)))):
         points = [tuple(-pi / 2 + k * pi / divisions for k in cell) for cell in cells]
-        plan = on_grid(points, divisions=divisions, color="blue", sign="negative")
+        asked: Any = {"color": "blue", "sign": "negative", "require": "valid"}
+        plan = gg.plan_loop(points, divisions=divisions, **asked)
         assert loop_of(plan).length == pytest.approx(2 * pi / divisions)
 
 
-def test_a_vehicle_may_be_a_mapping_and_polygons_arrays() -> None:
-    square = np.array([(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)])
-    plan = on_grid(
-        G3.waypoints, vehicle={"drag_ratio": 0.1}, keep_out=np.array([square])
-    )
-    assert plan.request.vehicle.drag_ratio == 0.1
-    assert loop_of(plan).length > pi
+# -- Which loop is preferred
 
 
-def test_any_order_beyond_nine_waypoints_says_that_it_is_approximate() -> None:
-    points = [(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(10)]
-    plan = on_grid(points, any_order=True, color="red")
-    ordered = on_grid(points, color="red")
-    assert loop_of(plan).length < loop_of(ordered).length
-    assert sorted(loop_of(plan).order) == list(range(10))
-    (warning,) = [text for text in plan.warnings if "order of the waypoints" in text]
-    assert "is approximate" in warning
-    assert plan.as_mapping()["order_exact"] is False
-    assert loop_of(on_grid(points[:9], any_order=True)).order_exact
-    assert loop_of(ordered).order_exact
+@methods
+def test_a_flyable_detour_beats_a_shorter_valid_loop(method: Any) -> None:
+    asked: Any = {"floor": 0.9, "vehicle": STRONG, "method": method, **RED_BELOW}
+    plan = gg.plan_loop(ACROSS, require="valid", **asked)
+    (straight,) = plan.alternatives
+    assert plan.report.flyable
+    assert straight.report.valid
+    assert straight.length == pytest.approx(pi / 2 * math.sqrt(2))
+    assert straight.length < loop_of(plan).length
+    for loop in (loop_of(plan), straight):
+        least = least_singular_value(along(loop.gait.alpha, 501), STRONG).min()
+        assert bool(least >= 0.9) is loop.report.flyable
 
 
-def test_the_loop_is_made_for_the_request() -> None:
-    vehicle = gg.PAPER.replace(max_tilt_rate=20.0)
-    for kind in ("published", "printed", "exact"):
-        plan = on_grid(
-            G3.waypoints,
-            vehicle=vehicle,
-            coefficients=kind,
-            divisions=8,
-            floor=0.01,
-            period=3.0,
-            law="constant-speed",
-        )
-        for gait in (loop_of(plan).path, loop_of(plan).gait, plan.gait):
-            assert gait.vehicle == vehicle
-            assert gait.coefficients == gg.invertibility.coefficients_of(vehicle, kind)
-            assert gait.crossing_tolerance == pi / 16
-        assert plan.report["least_singular_value"].limit == 0.01
-        rate = plan.report["tilt_rate"].value
-        timed = plan.gait.parametrize(3.0, law="constant-speed")
-        assert rate == timed.check()["tilt_rate"].value
-        assert loop_of(plan).path.color == loop_of(plan).gait.color == "red"
-        assert loop_of(plan).order == (0, 1, 2, 3)
-
-
-def on_sheet(color: str, point: tuple[float, float]) -> float:
-    """Return R of equation (6) on a sheet, from the planes themselves."""
-    (a1, a2), delta = point, gg.invertibility.coefficients_of().delta
-    a3, a4 = (a1, a2) if color == "red" else (2 * delta - a1, -2 * delta - a2)
-    a3, a4 = (
-        angle - pi * round(angle / pi) for angle in (a3, a4)
-    )  # a shift by π turns the sign of R
-    return float(
-        gg.invertibility.level_determinant(
-            [a1, a2, a3, a4], gg.invertibility.coefficients_of()
-        )
-    )
-
-
-WALL = [(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)]
-FENCES = [[(x, -1.6), (x + 0.2, -1.6), (x + 0.2, 1.6), (x, 1.6)] for x in (0.0, 0.5)]
-CORNER = [(1.5, 0.4), (1.6, 0.4), (1.6, 0.6), (1.5, 0.6)]
-RED_BELOW: dict[str, Any] = {"color": "red", "sign": "negative"}
-ON_LINE = gg.invertibility.coefficients_of(kind="exact").delta - pi / 2
-ASKED: dict[str, tuple[Any, dict[str, Any]]] = {
-    "first": (
-        [(-0.5, 0.5), (-1.5, 0.5)],
-        {},
-    ),  # with either sign each has a root of one color
-    "exact": ([(0.5, -0.5), (-0.5, 0.5)], {"coefficients": "exact"}),
-    "merged": ([(0.5, -0.5), (0.5, -0.5), (-0.5, 0.5)], RED_BELOW),
-    "forbidden": ([(0.3, -0.9), (0.8, -0.4)], {"keep_out": [WALL], **RED_BELOW}),
-    "forbidden blue": (
-        [(0.8, -0.4)],
-        {"color": "blue", "sign": "negative", "keep_out": [WALL]},
-    ),
-    "singular": ([(ON_LINE, 0.3)], {"color": "red", "coefficients": "exact"}),
-    "both signs": (
-        [(pi / 2, 0.5)],
-        {"color": "red", "keep_out": [CORNER]},
-    ),  # α3 = ±π/2 both solve
-    "walls": ([(1.2, -0.6), (1.1, -0.7), (-1.5, 0.5)], RED_BELOW),
-    "last leg": ([(-1.5, 0.5), (-1.5, 0.5), (1.2, -0.6)], RED_BELOW),
-    "strong drag": (
-        [(1.2, -0.6), (-1.5, 0.5)],
-        {"vehicle": gg.Vehicle(drag_ratio=0.4), **RED_BELOW},
-    ),
-    "one sign": ([(0, 0), (-1.5, -1.55)], {"color": "red", "sign": "positive"}),
-    "fence": ([(0.9, -0.3), (0.3, -0.9)], {"keep_out": FENCES[1:], **RED_BELOW}),
-    # Blue has no walls but the fence; red would have the curve between these two.
-    "blue fence": (
-        [(0.9, -0.3), (-0.5, 0.5)],
-        {"color": "blue", "sign": "negative", "keep_out": FENCES[:1]},
-    ),
-}
-ANSWERED = f"""
-first / red, R > 0: waypoint 2 (-1.5000, 0.5000) has R = -0.8568
-first / blue, R > 0: waypoint 1 (-0.5000, 0.5000) has R = -0.0002587
-first / red, R < 0: waypoint 1 (-0.5000, 0.5000) has R = 8.29
-first / blue, R < 0: waypoint 2 (-1.5000, 0.5000) has R = 0.0001191
-exact / red, R > 0: waypoint 1 (0.5000, -0.5000) has R = -6.336
-exact / blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there
-exact / red, R < 0: waypoint 2 (-0.5000, 0.5000) has R = 8.289
-exact / blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there
-merged / red, R < 0: waypoint 2 (-0.5000, 0.5000) has R = 8.29
-forbidden / red, R < 0: waypoint 2 (0.8000, -0.4000) lies in keep_out or outside keep_in
-forbidden blue / blue, R < 0: waypoint 1 (0.8000, -0.4000) lies in keep_out or outside keep_in
-singular / red, R > 0: waypoint 1 ({ON_LINE:.4f}, 0.3000) has R = 0, where the matrix is singular
-singular / red, R < 0: waypoint 1 ({ON_LINE:.4f}, 0.3000) has R = 0, where the matrix is singular
-both signs / red, R > 0: waypoint 1 (1.5708, 0.5000) lies in keep_out or outside keep_in
-both signs / red, R < 0: waypoint 1 (1.5708, 0.5000) lies in keep_out or outside keep_in
-walls / red, R < 0: waypoints 2 and 3 are separated by the line α1 = {ON_LINE:.4f} (β1 = ∓π/2) and the curve
-last leg / red, R < 0: waypoints 1 and 2 are separated by the line α1 = {ON_LINE:.4f} (β1 = ∓π/2) and the curve
-strong drag / red, R < 0: waypoints 1 and 2 are separated by the line α1 = {math.atan(0.4) - pi / 2:.4f} (β1 = ∓π/2) \
-and the curve tan α1 − tan α2 = 2κ = 0.8000
-one sign / red, R > 0: waypoints 1 and 2 are separated by the line α1 = {ON_LINE:.4f} (β1 = ∓π/2) and the curve
-fence / red, R < 0: waypoints 1 and 2 are separated by
-blue fence / blue, R < 0: waypoints 1 and 2 are separated by
-"""
-
-
-@pytest.mark.parametrize("method", ["grid", "exact"])
-@pytest.mark.parametrize("name", ASKED)
-def test_each_color_and_sign_without_a_loop_is_refused_with_what_is_in_its_way(
-    name: str, method: Any
-) -> None:
-    points, options = ASKED[name]
-    plan = gg.plan_loop(points, method=method, require="valid", **options)
-    assert (plan.status, bool(plan)) == ("infeasible", False)
-    messages = [
-        line.split(" / ")[1]
-        for line in ANSWERED.splitlines()
-        if line.startswith(f"{name} / ")
-    ]
-    listed = sorted(
-        plan.refusals, key=lambda one: (one.sign == "negative", one.color == "blue")
-    )
-    for refusal, message in zip(listed, messages, strict=True):
-        assert refusal.message.startswith(message)
-        ending = refusal.message.removeprefix(message)
-        named = re.search(r"waypoints? (\d)(?: and (\d))?", message)
-        numbers = [int(number) for number in named.groups() if number] if named else []
-        assert list(refusal.waypoints) == numbers
-        assert refusal.kind == ("color", "waypoint", "separated")[len(numbers)]
-        if refusal.kind == "waypoint":
-            assert ending.startswith("; the nearest admissible point")
-            R = on_sheet(refusal.color, plan.request.waypoints[numbers[0] - 1])
-            if name == "both signs":
-                R = abs(R) * (1 if refusal.sign == "positive" else -1)
-            assert refusal.R == pytest.approx(
-                R, abs=2e-3 if "coefficients" in options else 1e-12
-            )
-        elif "fence" in name:
-            grid = " keep_out, keep_in or the grid of 16 divisions: try more divisions"
-            assert ending.startswith(
-                grid
-                if method == "grid"
-                else " keep_out or keep_in: move these or one of"
-            )
-    assert plan.reason == "no closed loop: " + "; ".join(
-        dict.fromkeys(one.message for one in plan.refusals)
-    )
-    assert plan.warnings == ("merged 1 waypoint that repeated the one before",) * (
-        len(points) > len(plan.waypoints)
-    )
-    for ask in (lambda: plan.gait, lambda: plan.report, plan.timed):
-        with pytest.raises(gg.Infeasible, match=re.escape(str(plan.reason))):
-            ask()
-
-
-LOW, BLUE = (
-    [("3pi/8", "3pi/8"), ("pi/8", "pi/8")],
-    "blue: with exact coefficients R = 0 on the whole blue sheet",
-)
-SLOW = gg.PAPER.replace(max_tilt_rate=1.0)
-NOT_FLYABLE: dict[str, tuple[Any, dict[str, Any], list[str], list[str]]] = {
-    # What is in the way of each branch, and the colors of the alternatives.
-    "low": (
-        LOW,
-        {},
-        [
-            "red, R > 0: waypoint 1 (1.1781, 1.1781): least singular value must be ≥ 0.05, got 0.0493",
-            "red",
-        ],
-        ["red", "blue"],
-    ),
-    "gait 1": (
-        G1.waypoints,
-        {},
-        ["red, R > 0: waypoint 1", "red, R < 0: waypoint 2"],
-        ["blue"],
-    ),
-    "blue": (G3.waypoints, {"color": "blue"}, [BLUE] * 2, ["blue"]),
-    "exact blue": (
-        G3.waypoints,
-        {"color": "blue", "coefficients": "exact"},
-        [BLUE] * 2,
-        [],
-    ),
-    "slow": (
-        G3.waypoints,
-        {"vehicle": SLOW},
-        ["red, R < 0: peak 5.89 rad/s (α1), limit 1: this"],
-        ["red", "blue"],
-    ),
-    "floor": (
-        G3.waypoints,
-        {"floor": 0.6, **RED_BELOW},
-        ["red, R < 0: waypoint 3 (0.3927, -0.3927): least"],
-        ["red"],
-    ),
-}
-
-
-@pytest.mark.parametrize("method", ["grid", "exact"])
-@pytest.mark.parametrize("name", NOT_FLYABLE)
-def test_only_what_can_fly_is_handed_out_and_the_rest_is_an_alternative(
-    name: str, method: Any
-) -> None:
-    points, options, messages, colors = NOT_FLYABLE[name]
-    plan, asked = (
-        gg.plan_loop(points, method=method, require=use, **options)
-        for use in ("flyable", "valid")
-    )
-    assert (plan.status, bool(asked)) == ("infeasible", bool(colors))
-    for one, message in zip(plan.refusals, messages, strict=True):
-        assert one.message.startswith(message)
-        assert (
-            (one.nearest is not None)
-            == (one.kind == "waypoint")
-            == ("nearest admissible" in one.message)
-        )
-    assert [(loop.color, loop.report.flyable) for loop in plan.alternatives] == [
-        (color, False) for color in colors
-    ]
-    whys = list(dict.fromkeys(one.message for one in plan.refusals))
-    assert plan.reason == "no flyable loop: " + "; ".join(whys)
-    how = "for a loop that obeys only the paper's rules, use require='valid'"
-    assert plan.advice == (how if colors else None)
-    with pytest.raises(gg.Infeasible) as none:
-        _ = plan.gait
-    assert str(none.value) == "; ".join([plan.reason, *[how] * bool(colors)])
-    assert plan.as_mapping()["advice"] == plan.advice
-    assert re.match(
-        r"No flyable gait through these waypoints\..*\n  " + re.escape(whys[0][:40]),
-        str(plan),
-    )
-    if asked.loop is not None:
-        np.testing.assert_array_equal(asked.gait.alpha, plan.alternatives[0].gait.alpha)
-        assert str(asked.reason).startswith(
-            "no loop through these waypoints is flyable: "
-        )
+def test_what_only_the_clock_forbids_beats_what_physics_forbids() -> None:
+    slow = STRONG.replace(max_tilt_rate=0.1)
+    asked: Any = {"floor": 0.9, "vehicle": slow, "require": "valid", **RED_BELOW}
+    plan = gg.plan_loop(ACROSS, divisions=16, **asked)
+    assert [check.name for check in plan.report.checks if not check.ok] == ["tilt_rate"]
+    (shorter,) = plan.alternatives
+    assert shorter.length < loop_of(plan).length
 
 
 @pytest.mark.parametrize(
-    ("points", "options"),
+    ("text", "options", "order"),
     [
+        ("-1.5 -0.3", {"floor": 2.0}, "red -, blue +"),
+        # On a side of the square red has both signs: flyable first, then R > 0.
+        ("pi/2 -0.5", {"color": "red"}, "red -, red +"),
+        ("pi/2 0.5", {"color": "red"}, "red +, red -"),
+        # Where nothing flies blue is shorter, and red, which goes round the saddle, is farther from singular.
+        ("1.2 1, -1 -1.2", {"floor": 2.0, "sign": "negative"}, "blue -, red -"),
         (
-            [(0.589, -0.785), (0.9, -0.4), (-1.374, 1.374)],
-            {},
-        ),  # the first waypoint lies in the other sign of R
-        (
-            [(-0.5, 0.5), (-1.5, 1.5), (-0.5, 1.55)],
-            {"color": "red"},
-        ),  # two parts of one sign
-        (
-            [(0.5, 0.5), (0.6, -0.6)],
-            {"keep_out": [[(0.5, -2), (0.55, -2), (0.55, 2), (0.5, 2)]]},
+            "1.2 1, -1 -1.2",
+            {"floor": 2.0, "sign": "negative", "objective": "robust"},
+            "red -, blue -",
         ),
-        ([(-1.0, 1.0), (1.0, -1.0), (0.9, -0.9)], {}),  # admissible, but not together
     ],
 )
-def test_all_moves_of_the_first_obstacle_lead_to_a_gait_one_after_another(
-    points: Any, options: dict[str, Any]
+def test_flyable_then_the_objective_then_red_then_positive_is_first(
+    text: str, options: Any, order: str
 ) -> None:
-    plan, moves = gg.plan_loop(points, **options), 0
-    while not plan:
-        first, *others = plan.refusals
-        far = [
-            sum(map(math.dist, one.moved, plan.waypoints)) for one in (first, *others)
-        ]
-        assert far[0] == min(far) > 0
-        assert gg.plan_loop(first.moved, **options)
-        k = next(k for k, point in enumerate(plan.waypoints) if first.moved[k] != point)
-        points, moves = (
-            [*plan.waypoints[:k], first.moved[k], *plan.waypoints[k + 1 :]],
-            moves + 1,
-        )
-        plan = gg.plan_loop(points, **options)
-    assert 1 <= moves <= len(points)
+    plan = gg.plan_loop(pairs(text), divisions=16, require="valid", **options)
+    loops = [loop_of(plan), *plan.alternatives]
+    assert ", ".join(map(short, loops)) == order
 
 
-def test_every_waypoint_outside_gets_its_nearest_admissible_point() -> None:
-    (refusal,) = gg.plan_loop(
-        [(1.2, -0.1 - 0.001 * k) for k in range(10)], **RED_BELOW
-    ).refusals
-    listed = re.findall(r"\((\S+), (\S+)\) for waypoint (\d+)", refusal.message)
-    assert [int(number) for *_, number in listed] == list(range(1, 9))
-    assert (
-        gg.surface.admissible_region(sign="negative")
-        .contains([(float(a), float(b)) for a, b, _ in listed])
-        .all()
-    )
-    assert refusal.message.endswith(", and 2 more")
-    (empty,) = gg.plan_loop(
-        G3.waypoints, color="red", sign="negative", floor=2
-    ).refusals
-    assert empty.message.endswith(
-        "the least singular value of this vehicle is at most 1.1710, below the floor 2; lower it"
-    )
-    heavy = gg.plan_loop(
-        G3.waypoints,
-        color="red",
-        sign="negative",
-        vehicle=gg.PAPER.replace(max_thrust=1.0),
-    )
-    assert (
-        "four rotors lift 4 N at most, and the vehicle weighs 4.204 N; correct the vehicle"
-        in str(heavy.reason)
-    )
+def test_a_robust_loop_is_no_longer_than_it_must_be() -> None:
+    """The waypoints have the worst value themselves: the straight way is as robust as any."""
+    for text, divisions in (
+        ("-pi/8 3pi/8, -pi/8 5pi/16", 16),
+        ("-3pi/8 pi/8, -3pi/8 0", 8),
+    ):
+        asked: Any = {"color": "red", "divisions": divisions, "objective": "robust"}
+        plan = gg.plan_loop(pairs(text), **asked)
+        straight = 2 * math.dist(*plan.waypoints)
+        assert loop_of(plan).length == pytest.approx(straight)
 
 
-@pytest.mark.parametrize(
-    ("order", "crosses"), [((0, 1, 2, 3), False), ((0, 2, 1, 3), True)]
-)
-def test_a_loop_that_crosses_itself_is_pointed_out(
-    order: tuple[int, ...], crosses: bool
-) -> None:
-    points = [G3.waypoints[k] for k in order]
-    for any_order in (False, True):
-        warned = any(
-            "the loop crosses itself" in one
-            for one in gg.plan_loop(points, any_order=any_order).warnings
-        )
-        assert warned is (crosses and not any_order)
-
-
-def test_what_cannot_fly_is_listed_beside_a_flyable_loop_only_when_asked() -> None:
+def test_what_cannot_fly_is_an_alternative_beside_a_flyable_loop_only_if_asked() -> (
+    None
+):
     plan, asked = (
-        gg.plan_loop(G3.waypoints, require=require) for require in ("flyable", "valid")
+        gg.plan_loop(G3.waypoints, require=use) for use in ("flyable", "valid")
     )
-    assert [[loop.color for loop in one.alternatives] for one in (plan, asked)] == [
-        [],
-        ["blue"],
-    ]
+    assert plan.alternatives == ()
+    assert [short(loop) for loop in asked.alternatives] == ["blue -"]
     np.testing.assert_array_equal(plan.gait.alpha, asked.gait.alpha)
 
 
-def test_no_graph_is_built_where_no_waypoint_could_serve() -> None:
-    told: list[str] = []
-    on_grid([(0.5, -0.5), (-0.5, 0.5)], coefficients="exact", progress=told.append)
-    assert told == []
-    # Each waypoint has roots, but not of one color and sign.
-    on_grid([(-0.5, 0.5), (-1.5, 0.5)], progress=told.append)
-    assert told == []
-    on_grid([(-0.5, 0.5), (-0.4, 0.8)], progress=told.append)
-    built = "building the graph of 16 divisions with R > 0"
-    assert told[:2] == [built, "searching red loops"]
-    assert told.count(built) == 1
-    told.clear()
-    plan = gg.plan_loop(G3.waypoints, progress=told.append, **RED_BELOW)
-    assert told == ["searching red loops with R < 0"]
-    assert repr(plan).startswith(
-        "<Plan: <Loop: red, R < 0, 4 corners, 3.1416 rad around, flyable> through 4 waypoints, "
-    )
-    assert plan.request.law == gg.planning.plan_request([(0, 0)]).law == "smooth"
+def test_a_loop_that_crosses_itself_is_pointed_out() -> None:
+    crossing = [G3.waypoints[k] for k in (0, 2, 1, 3)]
+    for points, any_order, warned in (
+        (crossing, False, True),
+        (crossing, True, False),
+        (G3.waypoints, False, False),
+    ):
+        plan = gg.plan_loop(points, any_order=any_order)
+        assert any("crosses itself" in text for text in plan.warnings) is warned
+
+
+# -- Why there is none
+
+ON_LINE = coefficients_of(kind="exact").delta - pi / 2
+EXACT = {"coefficients": "exact"}
+BLUE_BELOW: dict[str, Any] = {"color": "blue", "sign": "negative"}
+# The waypoints, what is asked, each refusal with its waypoints, and what is named as the obstacle.
+REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
+    ("-0.5 0.5, -1.5 0.5", {}, "red + 2, blue + 1, red - 1, blue - 2", "R = "),
+    ("0.5 -0.5, -0.5 0.5", EXACT, "red + 1, blue +, red - 2, blue -", "R = "),
+    (f"{ON_LINE} 0.3", {"color": "red", **EXACT}, "red + 1, red - 1", "R = 0"),
+    ("0.3 -0.9, 0.8 -0.4", {"keep_out": [WALL], **RED_BELOW}, "red - 2", "keep_out"),
+    ("pi/2 -0.5", {"color": "red", "keep_in": [FENCE]}, "red + 1, red - 1", "keep_in"),
+    ("-1.5 0.5, -1.5 0.5, 1.2 -0.6", RED_BELOW, "red - 1 2", f"α1 = {ON_LINE:.4f}"),
+    ("1.2 -0.6, 1.1 -0.7, -1.5 0.5", RED_BELOW, "red - 2 3", f"α1 = {ON_LINE:.4f}"),
+    ("1.2 -0.6, -1.5 0.5", {"vehicle": STRONG, **RED_BELOW}, "red - 1 2", "the curve"),
+    # Blue has no walls but the fence; red would have the curve between these two.
+    ("0.9 -0.3, -0.5 0.5", {"keep_out": [FENCE], **BLUE_BELOW}, "blue - 1 2", "keep_"),
+]
+
+
+def R_on_sheet(refusal: Refusal, point: tuple[float, float]) -> float:
+    """Return R of equation (6) on a sheet, from the planes themselves, wrapped into ±π/2."""
+    (a1, a2), delta = point, coefficients_of().delta
+    a3, a4 = a1, a2
+    if refusal.color == "blue":
+        a3, a4 = 2 * delta - a1, -2 * delta - a2
+        a3, a4 = (angle - pi * round(angle / pi) for angle in (a3, a4))
+    return float(level_determinant([a1, a2, a3, a4], coefficients_of()))
+
+
+@methods
+@pytest.mark.parametrize(("text", "options", "refusals", "obstacle"), REFUSED)
+def test_each_branch_without_a_loop_says_what_is_in_its_way(
+    text: str, options: Any, refusals: str, obstacle: str, method: Any
+) -> None:
+    plan = gg.plan_loop(pairs(text), method=method, require="valid", **options)
+    assert (plan.status, bool(plan)) == ("infeasible", False)
+    told = [" ".join([short(one), *map(str, one.waypoints)]) for one in plan.refusals]
+    assert sorted(told) == sorted(refusals.split(", "))
+    for refusal in plan.refusals:
+        count = len(refusal.waypoints)
+        assert refusal.kind == ("color", "waypoint", "separated")[count]
+        assert refusal.message in str(plan.reason)
+        assert obstacle in refusal.message
+        for number in refusal.waypoints:
+            assert str(number) in refusal.message
+        if refusal.kind == "waypoint":
+            point = plan.request.waypoints[refusal.waypoints[0] - 1]
+            expected = abs(R_on_sheet(refusal, point))
+            rough = 2e-3 if "coefficients" in options else 1e-12
+            assert abs(refusal.R or 0.0) == pytest.approx(expected, abs=rough)
+    merged = len(pairs(text)) > len(plan.waypoints)
+    assert any("merged 1 waypoint" in text for text in plan.warnings) is merged
+    for ask in (lambda: plan.gait, lambda: plan.report, plan.timed):
+        with pytest.raises(gg.Infeasible):
+            ask()
+
+
+LOW = [("3pi/8", "3pi/8"), ("pi/8", "pi/8")]
+NOT_FLYABLE: list[tuple[Any, dict[str, Any], str, list[str]]] = [
+    # What is in the way of each branch, and the loops that only obey the paper's rules.
+    (LOW, {}, "waypoint waypoint", ["red +", "blue -"]),
+    (G1.waypoints, {}, "waypoint waypoint", ["blue -"]),
+    (G3.waypoints, {"color": "blue"}, "color color", ["blue -"]),
+    (G3.waypoints, {"color": "blue", "coefficients": "exact"}, "color color", []),
+    (
+        G3.waypoints,
+        {"vehicle": gg.PAPER.replace(max_tilt_rate=1.0)},
+        "limit",
+        ["red -", "blue -"],
+    ),
+    (G3.waypoints, {"floor": 0.6, **RED_BELOW}, "waypoint", ["red -"]),
+]
+
+
+@methods
+@pytest.mark.parametrize(("points", "options", "kinds", "others"), NOT_FLYABLE)
+def test_only_what_can_fly_is_handed_out_and_the_rest_is_an_alternative(
+    points: Any, options: Any, kinds: str, others: list[str], method: Any
+) -> None:
+    asked: Any = {"method": method, **options}
+    plan = gg.plan_loop(points, **asked)
+    assert not plan
+    assert " ".join(refusal.kind for refusal in plan.refusals) == kinds
+    assert [short(loop) for loop in plan.alternatives] == others
+    assert not any(loop.report.flyable for loop in plan.alternatives)
+    assert (plan.advice is not None) is bool(others)
+    valid = gg.plan_loop(points, **{"require": "valid", **asked})
+    assert bool(valid) is bool(others)
+    if others:
+        np.testing.assert_array_equal(valid.gait.alpha, plan.alternatives[0].gait.alpha)
+
+
+@pytest.mark.parametrize(
+    ("text", "options"),
+    [
+        # The first waypoint lies in the other sign of R; two parts of one sign; a fence; not admissible together.
+        ("0.589 -0.785, 0.9 -0.4, -1.374 1.374", {}),
+        ("-0.5 0.5, -1.5 1.5, -0.5 1.55", {"color": "red"}),
+        ("0.5 0.5, 0.6 -0.6", {"keep_out": [FENCE]}),
+        ("-1 1, 1 -1, 0.9 -0.9", {}),
+    ],
+)
+def test_the_first_refusal_has_the_least_moves_and_they_lead_to_a_gait(
+    text: str, options: dict[str, Any]
+) -> None:
+    plan = gg.plan_loop(pairs(text), **options)
+    moves = [
+        sum(map(math.dist, refusal.moved, plan.waypoints)) for refusal in plan.refusals
+    ]
+    assert moves[0] == min(moves) > 0
+    assert gg.plan_loop(plan.refusals[0].moved, **options)
+
+
+def test_the_nearest_points_of_eight_waypoints_are_told() -> None:
+    for outside, told, rest in ((1, 0, ""), (8, 8, ""), (10, 8, "and 2 more")):
+        points = [(1.2, -0.1 - 0.001 * k) for k in range(outside)]
+        (refusal,) = gg.plan_loop(points, **RED_BELOW).refusals
+        region = gg.surface.admissible_region(sign="negative")
+        assert region.contains(refusal.moved).all()
+        assert refusal.nearest == refusal.moved[0]
+        assert refusal.message.count("for waypoint") == told
+        assert refusal.message.endswith(rest)
+        assert gg.plan_loop(refusal.moved, **RED_BELOW)
+
+
+def test_a_region_that_is_empty_says_why() -> None:
+    heavy = gg.PAPER.replace(max_thrust=1.0)
+    for options, why in (
+        ({"floor": 2.0}, "is at most 1.1710, below the floor 2"),
+        ({"vehicle": heavy}, "four rotors lift 4 N at most"),
+    ):
+        asked: Any = {**RED_BELOW, **options}
+        assert why in str(gg.plan_loop(G3.waypoints, **asked).reason)
 
 
 def test_separated_waypoints_are_told_with_what_can_be_reached_from_each() -> None:
     points = [(1.2, -0.6), (1.1, -0.7), (-1.5, 0.5)]
-    (refusal,) = on_grid(points, **RED_BELOW).refusals
+    (refusal,) = gg.plan_loop(
+        points, divisions=16, require="valid", **RED_BELOW
+    ).refusals
     graph = surface_graph("negative", waypoints=points)
-    nodes = {
-        k: next(name for name in graph if name.startswith(f"w{k:03} red"))
-        for k in (1, 2)
-    }
-    edges = graph.edges(data=True)
     graph.remove_edges_from(
         [
             (a, b)
-            for a, b, edge in edges
+            for a, b, edge in graph.edges(data=True)
             if not (edge["continuous"] and edge["keeps_sign"])
         ]
     )
-    assert refusal.components == tuple(
-        len(nx.node_connected_component(graph, nodes[k])) for k in (1, 2)
-    )
-    (coarse,) = on_grid(
-        [(-1.45, -0.3), (-1.45, 1.0)], divisions=3, **RED_BELOW
-    ).refusals
-    assert coarse.message.endswith(
-        "separated by the grid of 3 divisions: try more divisions"
-    )
-
-
-def test_where_nothing_flies_the_objective_decides() -> None:
-    """Blue goes straight where red must go round the saddle; red is far from singular, blue never."""
-    robust = on_grid(
-        [(1.0, 0.7), (-0.7, -1.0)], floor=2.0, sign="negative", objective="robust"
-    )
-    assert not robust.report.flyable
-    assert [loop.color for loop in (loop_of(robust), *robust.alternatives)] == [
-        "red",
-        "blue",
+    nodes = [
+        next(node for node in graph if node.startswith(f"w{k:03} red")) for k in (1, 2)
     ]
-    assert (
-        loop_of(robust).length
-        > robust.alternatives[0].length
-        >= 2 * math.hypot(1.7, 1.7) - 1e-9
-    )
-    value = robust.report["least_singular_value"].value
-    assert value is not None
-    assert 0.05 < value < 0.5  # less than one, and yet what decides
-    points = [(1.2, 1.0), (-1.0, -1.2)]
-    shortest = on_grid(points, floor=2.0, sign="negative")
-    robust = on_grid(points, floor=2.0, sign="negative", objective="robust")
-    for plan, color in ((shortest, "blue"), (robust, "red")):
-        assert loop_of(plan).color == color
-        (other,) = plan.alternatives
-        assert (other.length > loop_of(plan).length) is (color == "blue")
+    counts = [len(nx.node_connected_component(graph, node)) for node in nodes]
+    assert list(refusal.components) == counts
 
 
-@pytest.mark.parametrize(
-    ("point", "options", "expected"),
-    [
-        ((-1.5, -0.3), {"floor": 2.0}, [("red", "negative"), ("blue", "positive")]),
-        # On a side of the square red has both signs: opposite rotors reversed against each other.
-        ((pi / 2, -0.5), {"color": "red"}, [("red", "negative"), ("red", "positive")]),
-        ((pi / 2, 0.5), {"color": "red"}, [("red", "positive"), ("red", "negative")]),
-    ],
-)
-def test_of_loops_of_one_length_flyable_ones_come_first_then_red_then_positive(
-    point: Any, options: dict[str, Any], expected: Any
+def test_work_that_cannot_help_is_not_done() -> None:
+    told: list[str] = []
+    # Neither waypoint has a root; or each has one, but not of one color and sign.
+    for points in ([(0.5, -0.5), (-0.5, 0.5)], [(-0.5, 0.5), (-1.5, 0.5)]):
+        asked: Any = {"divisions": 16, "coefficients": "exact"}
+        gg.plan_loop(points, progress=told.append, **asked)
+        assert told == []
+    gg.plan_loop([(-0.5, 0.5), (-0.4, 0.8)], divisions=16, progress=told.append)
+    assert sum(text.startswith("building") for text in told) == 1
+
+
+# -- Where waypoints lie
+
+
+def test_a_waypoint_is_in_a_part_of_the_region_or_told_why_not() -> None:
+    first, second = gg.location_of([(-0.4, 0.4), (0.5, 0.5)]).regions
+    assert (first.sign, first.parts, first.joined) == ("positive", (1, None), False)
+    assert first.reasons[0] is None
+    assert first.reasons[1]
+    assert first.nearest == (None, pytest.approx((0.1671, 0.5), abs=1e-4))
+    assert second.parts == (None, None)
+    areas = [part["area"] for part in first.as_mapping()["parts"]]
+    assert sum(areas) == pytest.approx(first.region.area)
+    walled = gg.location_of(ACROSS, sign="negative", keep_out=[FENCE]).regions[0]
+    assert set(walled.parts) == {1, 2}
+
+
+def test_what_is_joined_can_be_planned_and_what_is_not_cannot() -> None:
+    rng = np.random.default_rng(5)
+    seen = set()
+    for _ in range(25):
+        points = [tuple(point) for point in rng.uniform(-1.5, 1.5, (2, 2)).tolist()]
+        asked: Any = {"color": "red", "keep_out": [FENCE], "accuracy": 1e-3}
+        joined = bool(gg.location_of(points, **asked))
+        assert joined == bool(gg.plan_loop(points, **asked))
+        seen.add(joined)
+    assert seen == {True, False}
+
+
+@pytest.mark.no_cover
+def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> None:
+    """Borders are allowed, so two keep-outs that touch leave a way of no width."""
+    fence = [[(-1.2, 0.25), (-0.25, 0.25), (-0.25, 1.2), (-1.2, 1.2)]]
+    below = [(-0.6, 0.25), (-0.6, 0.7), (-0.4, 0.5), (-0.4, 0.25)]
+    points = [(-0.8, 0.75), (-0.35, 0.75)]
+    for shift, touches in ((0.0, True), (1e-6, False)):
+        above = [(-0.6, 0.7 - shift), (-0.6, 1.2), (-0.4, 1.2), (-0.4, 0.9)]
+        zones: Any = {"keep_in": fence, "keep_out": [below, above], "sign": "positive"}
+        assert bool(gg.location_of(points, **zones)) is touches
+        for objective in ("shortest", "robust"):
+            plan = gg.plan_loop(points, **{"objective": objective, **zones})
+            assert bool(plan) is touches
+            assert not plan or [-0.6, 0.7] in plan.gait.alpha[:, :2].tolist()
+
+
+def test_the_command_region_lists_parts_and_draws_them(
+    run: Any, tmp_path: Path
 ) -> None:
-    plan = on_grid([point], **options)
-    loops = [loop_of(plan), *plan.alternatives]
-    assert [(loop.color, loop.sign, loop.length) for loop in loops] == [
-        (*one, 0.0) for one in expected
+    listed = run("region", "--output", str(tmp_path / "map.png"))
+    assert (listed.code, (tmp_path / "map.png").stat().st_size > 10_000) == (0, True)
+    assert "part 2: 0.01623 rad², around (-1.5047, 1.4796)" in listed.out
+    joined = run("region", "--waypoint=-0.4,0.4", "--waypoint=-0.5,0.5")
+    assert "waypoint 2 (-0.5000, 0.5000): in part 1" in joined.out
+    assert run("region", "--color", "blue").code == 1
+
+
+# -- Colourings of the loop in a file
+
+RICH = [(pi / 16 * a, -pi / 16 * b) for a, b in [(1, 1), (2, 2), (3, 2), (1, 6)]]
+
+
+def test_a_file_has_the_colourings_of_its_loop(tmp_path: Path) -> None:
+    exact = coefficients_of(kind="exact")
+    gait = gg.lift(RICH, "red", vehicle=MIRRORED, crossing_tolerance=0.01)
+    gait.parametrize(samples=4, law="equal-time").write(tmp_path / "gait.json")
+    names = {"alpha1": [a for a, _ in RICH], "alpha2": [b for _, b in RICH]}
+    request = {"waypoints": RICH, "samples": 20}
+    plan = gg.plan_loop(G3.waypoints).as_mapping()
+    none = gg.plan_loop([(0.5, -0.5), (-0.5, 0.5)], sign="negative").as_mapping()
+    files: list[tuple[Any, Any, dict[str, Any], dict[str, Any]]] = [
+        # The content, its loop, what is asked for, and what that means; a file states its vehicle and tolerance.
+        (names, RICH, {}, {}),
+        ({name: [*row, row[0]] for name, row in names.items()}, RICH, {}, {}),
+        ({**names, "color": ["blue"] * 4}, RICH, {}, {}),
+        (request, RICH, {}, {}),
+        (request, RICH, {"sign": "positive"}, {"sign": "positive"}),
+        (request, RICH, {"coefficients": "exact"}, {"coefficients": exact}),
+        (request, RICH, {"crossing_tolerance": pi / 4}, {"crossing_tolerance": pi / 4}),
+        ({**request, "divisions": 4}, RICH, {}, {"crossing_tolerance": pi / 8}),
+        (plan, G3.angles, {}, {}),
+        (none, none["waypoints"], {}, {"sign": "negative"}),
+        (none, none["waypoints"], {"sign": "auto"}, {}),
+        (None, RICH, {}, {"vehicle": MIRRORED, "crossing_tolerance": 0.01}),
+        (None, RICH, {"vehicle": gg.PAPER}, {"crossing_tolerance": 0.01}),
     ]
+    for content, loop, asked, meant in files:
+        path = tmp_path / "gait.json"
+        if content is not None:
+            path = tmp_path / "file.json"
+            path.write_text(json.dumps(content))
+        found, expected = colorings_of_file(path, **asked), gg.colorings(loop, **meant)
+        assert list(found) == list(expected)
+        assert (found.counts, found.obstacles) == (expected.counts, expected.obstacles)
+
+
+def test_a_file_has_the_colourings_that_its_report_counts(tmp_path: Path) -> None:
+    red = [(a, b, "red") for a, b in RICH]
+    blue_end = [*red, (*RICH[0], "blue")]  # a point of its own
+    for rows in (red, red[:1], [*red, red[0]], blue_end):
+        lines = ["alpha1,alpha2,color", *(f"{a!r},{b!r},{c}" for a, b, c in rows)]
+        (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+        listing = gg.validate(tmp_path / "a.csv").listing
+        assert colorings_of_file(tmp_path / "a.csv") == listing
