@@ -107,7 +107,7 @@ def test_the_loop_is_made_for_the_request() -> None:
         assert plan.report["least_singular_value"].limit == 0.01
         rates = plan.timed().check()
         assert plan.report["tilt_rate"].value == rates["tilt_rate"].value
-    square = np.array([WALL])
+    square: Any = np.array([WALL])
     plan = gg.plan_loop(G3.waypoints, vehicle={"drag_ratio": 0.1}, keep_out=square)
     assert plan.request.vehicle.drag_ratio == 0.1
     assert loop_of(plan).length > pi
@@ -389,6 +389,7 @@ def test_work_that_cannot_help_is_not_done() -> None:
 
 
 def test_a_waypoint_is_in_a_part_of_the_region_or_told_why_not() -> None:
+    first: Any
     first, second = gg.location_of([(-0.4, 0.4), (0.5, 0.5)]).regions
     assert (first.sign, first.parts, first.joined) == ("positive", (1, None), False)
     assert first.reasons[0] is None

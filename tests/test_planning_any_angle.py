@@ -71,10 +71,10 @@ def bending_corners(region: Any) -> set[tuple[float, float]]:
 def shortest_in(region: Any, points: Any, *, any_order: bool) -> float:
     """Return the length of the shortest loop in a polygon, in order or in the best order."""
     graph = visibility_graph(region, {*bending_corners(region), *points})
-    lengths = dict(nx.all_pairs_dijkstra_path_length(graph, weight="length"))
+    lengths: Any = dict(nx.all_pairs_dijkstra_path_length(graph, weight="length"))
     orders = permutations(points[1:]) if any_order else [points[1:]]
     return min(
-        sum(lengths[a][b] for a, b in pairwise([points[0], *order, points[0]]))
+        float(sum(lengths[a][b] for a, b in pairwise([points[0], *order, points[0]])))
         for order in orders
     )
 
@@ -82,7 +82,8 @@ def shortest_in(region: Any, points: Any, *, any_order: bool) -> float:
 def check_shortest(plan: Plan) -> None:
     """Check a loop against visibility graphs of the region's polygons inside and outside its borders."""
     loop, request = loop_of(plan), plan.request
-    region = planning_region(request, loop.path.color, loop.sign, "valid")
+    color: Any = loop.path.color
+    region = planning_region(request, color, loop.sign, "valid")
     if plan.report.flyable:
         region = planning_region(request, "red", loop.sign, "flyable")
     points = list(request.waypoints)

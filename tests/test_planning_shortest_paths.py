@@ -40,7 +40,7 @@ def check_as_the_full_graph(region: Any, points: list[tuple[float, float]]) -> N
 @pytest.mark.parametrize("seed", range(8))
 def test_among_random_polygons(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    triangles = shapely.convex_hull(
+    triangles: Any = shapely.convex_hull(
         shapely.multipoints(rng.uniform(-1.5, 1.5, (9, 3, 2)))
     )
     small = [shapely.affinity.scale(one, 0.5, 0.5) for one in triangles]

@@ -125,7 +125,7 @@ def test_whatever_is_answered_holds_for_any_vehicle(
     vehicle = gg.Vehicle(drag_ratio=kappa)
     first, last = (gg.lift([point], "red", vehicle=vehicle) for point in (start, end))
     path = gg.transition(first, last, floor=floor)
-    labels = [red_label(*point, vehicle).tolist() for point in (start, end)]
+    labels = [red_label(point[0], point[1], vehicle).tolist() for point in (start, end)]
     if not path:
         assert (path.proof is not None) == (first.R[0] * last.R[0] < 0)
         assert labels[0] != labels[1] or "not valid" in str(path.reason)

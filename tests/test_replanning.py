@@ -94,8 +94,9 @@ def test_random_requests_are_answered_by_the_shortest_paths_and_they_fly(
                 for a, b in pairwise(path_of(answer))
             ]
         )
-        values = least_singular_value_on_red(*points[:, :2].T, replanner.vehicle)
-        worst = scaled_decoupling_matrix(points[values.argmin()], replanner.vehicle)
+        vehicle = replanner.vehicle
+        values = least_singular_value_on_red(points[:, 0], points[:, 1], vehicle)
+        worst = scaled_decoupling_matrix(points[values.argmin()], vehicle)
         with mpmath.workdps(30):
             exact = min(mpmath.svd(mpmath.matrix(worst), compute_uv=False))
         bound = answer.least_singular_value
