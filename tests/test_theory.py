@@ -1,0 +1,116 @@
+"""The pictures of docs/theory.md, and its numbers that no other test computes."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.testing.compare import compare_images
+
+import gaitgraph as gg
+from gaitgraph.surface.sheets import sheet_angles
+
+IMAGES = Path(__file__).parent.parent / "docs" / "images"
+EXACT = gg.invertibility.coefficients_of(kind="exact")
+PUBLISHED = gg.invertibility.coefficients_of(kind="published")
+KAPPA = gg.PAPER.drag_ratio
+DELTA = EXACT.delta
+
+
+def test_the_pictures_are_drawn_by_their_script(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plt.switch_backend("agg")
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(IMAGES / "theory.py"))
+    for name in ("directions", "planes", "components"):
+        picture = f"theory_{name}.png"
+        different: Any = compare_images(str(IMAGES / picture), picture, tol=8.0)
+        assert different is None
+
+
+def test_the_published_R_on_blue_is_a_line_in_two_cosines() -> None:
+    """Section 7."""
+    a, b = PUBLISHED.attitude, PUBLISHED.single
+    c, d = PUBLISHED.double, PUBLISHED.triple
+    slope = (2 * a - b - d) / (2 * np.sqrt(1 + a * a))
+    offset = (2 * a * a - a * (b - d) - c) / (1 + a * a)
+    assert (slope, offset) == pytest.approx((-1.15e-4, -2.05e-4), abs=5e-7)
+    assert 2 * slope + offset == pytest.approx(-4.34e-4, abs=5e-7)
+    a1, a2 = np.random.default_rng(4).uniform(-1.5, 1.5, (2, 300))
+    delta = PUBLISHED.delta
+    blue = np.stack([a1, a2, 2 * delta - a1, -2 * delta - a2], axis=-1)
+    waves = np.cos(2 * (a1 - delta)) + np.cos(2 * (a2 + delta))
+    R = gg.invertibility.level_determinant(blue, PUBLISHED)
+    np.testing.assert_allclose(R, slope * waves + offset, atol=1e-14)
+    # Wrapped angles turn the sign, in strips next to the sides of the square.
+    axis = np.linspace(-np.pi / 2, np.pi / 2, 501)
+    a1, a2 = (side.ravel() for side in np.meshgrid(axis, axis))
+    wrapped = np.stack([a1, a2, *sheet_angles("blue", a1, a2, PUBLISHED)], axis=-1)
+    R_on_blue = gg.invertibility.level_determinant(wrapped, PUBLISHED)
+    assert R_on_blue.min() == pytest.approx(-4.34e-4, abs=5e-7)
+    assert R_on_blue.max() == pytest.approx(2.11e-4, abs=5e-7)
+
+
+def test_the_areas_of_the_seven_regions() -> None:
+    """Section 10: heights of the regions above each α1, below, above and beside the curve R = 0."""
+    n = 10_000
+    a1 = ((np.arange(n) + 0.5) / n - 0.5) * np.pi
+    line = np.pi / 2 - DELTA
+    curve = np.arctan(np.tan(a1) - 2 * KAPPA)
+    below = np.minimum(curve, line) + np.pi / 2
+    above = np.maximum(line - curve, 0)
+    right_of_curve = np.maximum(curve - line, 0)
+    left_of_curve = np.pi - below - above - right_of_curve
+    in_strip = a1 < -line
+    areas = [
+        heights[where].sum() * np.pi / n
+        for where in (~in_strip, in_strip)
+        for heights in (above, below, left_of_curve, right_of_curve)
+    ]
+    expected = [4.4647, 4.3829, 0.4836, 0.0135, 0.4836, 0.0135, DELTA**2, 0]
+    assert areas == pytest.approx(expected, abs=2e-4)
+
+
+def test_hover_thrusts_on_red() -> None:
+    """Section 11."""
+    a1, a2 = np.random.default_rng(6).uniform(-1.5, 1.5, (2, 1000))
+    shares = gg.invertibility.hover_thrust_shares(np.stack([a1, a2, a1, a2], axis=-1))
+    D = 2 * KAPPA * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2)
+    first = np.sin(a2 + DELTA) / (2 * np.cos(DELTA) * D)
+    second = -np.sin(a1 - DELTA) / (2 * np.cos(DELTA) * D)
+    np.testing.assert_allclose(shares.T, [first, second, first, second], rtol=1e-9)
+    quadrant = (a1 < DELTA) & (a2 > -DELTA)
+    opposite = (a1 > DELTA) & (a2 < -DELTA)
+    assert ((shares > 0).all(axis=1) == (quadrant | opposite)).all()
+
+
+def test_bounds_of_the_least_singular_value() -> None:
+    """Section 14."""
+    rng = np.random.default_rng(7)
+    alpha = rng.uniform(-np.pi, np.pi, (2000, 4))
+    roll, pitch = rng.uniform(-1.5, 1.5, (2, 2000))
+    least = gg.invertibility.least_singular_value(alpha, gg.PAPER, roll, pitch)
+    highest = 2 * np.sqrt((1 + KAPPA**2) / 3)
+    assert highest == pytest.approx(1.171, abs=5e-4)
+    assert (least <= highest).all()
+    for a1, a2 in ((-0.448, 0.448), (0.783, -0.783)):
+        red = gg.invertibility.least_singular_value([a1, a2, a1, a2])
+        assert red > highest - 1e-3
+    hover = gg.invertibility.least_singular_value([0, 0, 0, 0])
+    assert hover == pytest.approx(2 * KAPPA, abs=1e-12)
+    assert hover == pytest.approx(0.337, abs=5e-4)
+
+
+def test_grid_loops_tend_to_the_octile_length() -> None:
+    """Section 18."""
+    loop = np.array([(0.3, -1.2), (1.2, -0.9), (0.9, -0.3)])
+    steps = np.abs(np.roll(loop, -1, axis=0) - loop)
+    octile = (steps.max(axis=1) + (np.sqrt(2) - 1) * steps.min(axis=1)).sum()
+    fine = gg.plan_loop(loop, color="red", divisions=32).loop
+    assert fine is not None
+    assert fine.length == pytest.approx(octile, abs=5e-3)
