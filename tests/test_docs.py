@@ -35,10 +35,6 @@ SLOW = {
     "best_hover_reserve",
     "which_drag_ratio",
     "which_period",
-    "flight.md:4",
-    "flight.md:5",
-    "flight.md:6",
-    "flight.md:13",
     "planning.md:5",
 }
 
