@@ -248,7 +248,7 @@ class Gait(Pictured):
         Samples lie on the gait, but may miss its corners.
         """
         count = later.checked_clock(period, law, samples=samples, rate=rate)
-        return later.TimedGait(gait=self, period=float(period), law=law, samples=count)
+        return later.gait_with_law(self, float(period), law, count)
 
     def check(
         self,

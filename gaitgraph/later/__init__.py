@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from gaitgraph.plots.flights import write_flight as write_flight
     from gaitgraph.plots.gaits import html_of as html_of, plot as plot
     from gaitgraph.timing.laws import LawName as LawName
+    from gaitgraph.timing.lifted_gait import gait_with_law as gait_with_law
     from gaitgraph.timing.timed_gait import (
         TimedGait as TimedGait,
         checked_clock as checked_clock,
@@ -60,6 +61,7 @@ else:
             "gaitgraph.plots.gaits": ["html_of", "plot"],
             "gaitgraph.plots.films": ["write_films"],
             "gaitgraph.timing.laws": ["LawName"],
+            "gaitgraph.timing.lifted_gait": ["gait_with_law"],
             "gaitgraph.timing.timed_gait": ["TimedGait", "checked_clock"],
             "gaitgraph.validation.report": [
                 "Check",

@@ -16,7 +16,6 @@ from gaitgraph.invertibility.error_margins import (
 )
 from gaitgraph.records import Record
 from gaitgraph.surface.sheets import RELATION
-from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import verdict_of
 
 if TYPE_CHECKING:
@@ -65,9 +64,8 @@ class Loop(Record):
     @cached_property
     def report(self) -> Report:
         """All checks, with those of tilt rates."""
-        timed = TimedGait(
-            gait=self.gait, period=self.request.period, law=self.request.law, samples=1
-        )
+        request = self.request
+        timed = self.gait.parametrize(request.period, law=request.law, samples=1)
         return self.checks.with_timing(timed)
 
     @cached_property

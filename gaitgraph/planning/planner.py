@@ -548,11 +548,6 @@ def _warnings_of(loop: Loop, waypoints: Sequence[Point]) -> list[str]:
             warnings.append(
                 "the loop crosses itself; the same waypoints in any order may give a shorter one"
             )
-    if loop.request.vehicle.asymmetry is not None and loop.request.law == "smooth":
-        warnings.append(
-            f"the law 'smooth' rests at each of the {len(loop.gait.alpha)} rows with which the gait follows its curved "
-            "sheet; 'constant-speed' does not"
-        )
     if not loop.in_time:
         warnings.append(_LATE)
     elif not loop.order_exact:

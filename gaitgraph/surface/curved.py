@@ -22,6 +22,7 @@ from gaitgraph.angles import angles_from, wrapped
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError
 from gaitgraph.invertibility.forms import level_of, rotors_of
+from gaitgraph.tolerances import SAME_ANGLE
 from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 CHORD_DEVIATION = 1e-3
 """By how much chords between rows may be off the sheet [rad]."""
 _ROOM = 1e-9  # share by which bounds are widened for rounding
+_FEWEST = 16  # rows of each segment of a polyline
 _PIECES = 16  # of a segment, in bounds along it
 _MOST_HALVINGS = 24
 
@@ -181,6 +183,9 @@ class CurvedSheet:
         they have no bound.
         """
         plane = angles_from(corners, "corners")
+        shares = np.arange(_FEWEST)[:, None] / _FEWEST
+        inner = plane[:-1, None] + shares * np.diff(plane, axis=0)[:, None]
+        plane = np.concatenate([inner.reshape(-1, 2), plane[-1:]])
         while True:
             starts, ends = plane[:-1], plane[1:]
             rates, bends = self._bounds_of_pieces(starts, ends)
@@ -199,6 +204,17 @@ class CurvedSheet:
             plane = np.insert(plane, np.flatnonzero(is_coarse) + 1, middles, axis=0)
         opposite = np.unwrap(self.angles(*plane.T), axis=0, period=math.pi)
         return LiftedRows(np.hstack([plane, opposite]), float(bends.max() / 8))
+
+    def holds_chords(self, alpha: FloatArray) -> bool:
+        """Return whether the points of a closed polyline, shape (n, 4), are on the sheet, and its segments as near as rows'."""
+        plane = alpha[:, :2]
+        ends = np.roll(plane, -1, axis=0)
+        off = wrapped(self.angles(*plane.T) - alpha[:, 2:])
+        turn = np.abs(np.roll(alpha, -1, axis=0) - alpha).max()
+        _, bends = self._bounds_of_pieces(plane, ends)
+        is_near = bends.max() <= 8 * CHORD_DEVIATION and turn < math.pi / 2
+        moves = (ends != plane).any(axis=1).all()
+        return bool(moves and is_near and np.abs(off).max() <= SAME_ANGLE)
 
     def _bounds_of_pieces(self, starts: FloatArray, ends: FloatArray) -> CurveBounds:
         """Return bounds along short segments.

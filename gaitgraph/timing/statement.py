@@ -96,8 +96,6 @@ def _stated_motion(table: Table) -> tuple[TimedGait | None, str]:
     if difference or not is_stated:
         return None, difference
     surface = surface_of(table)  # wrong constants are an error, and no difference
-    if surface[0].asymmetry is not None:
-        return None, ""  # it has no planes of gaits: its rows alone are judged
     try:
         motion = _motion_of(table, surface, samples, period)
     except (GaitgraphError, LookupError, TypeError, ValueError) as error:
