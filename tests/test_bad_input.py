@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 NAN, INF, RIGHT = math.nan, math.inf, math.pi / 2
 HIDDEN = np.ma.array([0.3, 0.4], mask=[False, True])
-MASKED = np.ma.array(np.full((2, 4), 0.1), mask=[[0] * 4, [0, 1, 0, 0]])
+MASKED: Any = np.ma.masked_equal([[0.1] * 4, [0.1, 9.0, 0.1, 0.1]], 9.0)
 NO_NUMBERS: list[Any] = [NAN, INF, "fast", [], {}, 1j, True, -(10**400), np.ma.masked]
 NOT_POSITIVE = [*NO_NUMBERS, 0.0, -1.0]
 NEGATIVE = [*NO_NUMBERS, -1e-9]
@@ -325,7 +325,7 @@ def test_a_masked_value_is_refused_with_its_row() -> None:
     ):
         with pytest.raises(InputError, match="no masked values, got one in row 2"):
             refused()
-    unmasked = np.ma.array(ROWS, mask=False)
+    unmasked: Any = np.ma.array(ROWS, mask=False)
     assert gg.validate(unmasked).checks == gg.validate(ROWS).checks
 
 
