@@ -23,7 +23,7 @@ from gaitgraph.invertibility.forms import Form, level_of, rotors_of
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface import borders
 from gaitgraph.surface.blocks import roll_block, yaw_block
-from gaitgraph.surface.borders import CosineSum, sum_on_red
+from gaitgraph.surface.borders import CosineSum, sum_on_plane
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     Condition,
@@ -182,13 +182,16 @@ def _determinant_above(
 def _blue_sign(
     least: float, sign: int, coefficients: Coefficients, accuracy: float
 ) -> Pair:
-    """Return where R has a sign on blue, and |R| is at least a value; its sign turns where α3 or α4 is wrapped by π."""
+    """Return where R has a sign on blue, and |R| is at least a value; its sign turns where α3 or α4 is wrapped by π.
+
+    Nothing is wrapped in the sums: there α3 = 2δ − α1 and α4 = −2δ − α2.
+    """
     wraps = [2 * line - math.copysign(HALF_PI, line) for line in coefficients.crossings]
-    tolerance, parts = chord_tolerance(accuracy), []
+    offsets = np.array([0.0, 0.0, *np.multiply(2, coefficients.crossings)])
+    parts = []
     for turned in (1, -1):
-        below = borders.blue_determinant_below(
-            least, sign * turned, coefficients, tolerance
-        )
+        level = sum_on_plane(coefficients.form, offsets, sign * turned, slope=-1.0)
+        below = borders.sum_negative(level + -least, chord_tolerance(accuracy))
         cells = _quarters(wraps[0], wraps[1], -turned)
         above = sides_of(below, accuracy / 2)[1]
         parts.append(shapely.intersection(cells, above))
@@ -540,7 +543,7 @@ def _bearing_thrusts(
         transposed = rotor == 1  # N1 is quadratic in u2, N2 in u1
         upward = sign * float(level.rotors.thrust_signs[rotor])
         for errors in corners:
-            of_plane = partial(sum_on_red, errors=errors, transposed=transposed)
+            of_plane = partial(sum_on_plane, offsets=errors, transposed=transposed)
             thrust = of_plane(level.inputs[rotor], factor=upward)
             if errors[rotor] > 0:  # N_i does not depend on the angle of its own rotor
                 conditions.append(_Positive(thrust, transposed))
@@ -557,7 +560,7 @@ def _bearing_thrusts(
     reach = HALF_PI - margin
     upright = rectangle(*(middle - reach).tolist(), *(middle + reach).tolist())
     if most is None and not upright.covers(pair[1]):
-        lifts_of = [sum_on_red(level.direction, errors, sign) for errors in corners]
+        lifts_of = [sum_on_plane(level.direction, errors, sign) for errors in corners]
         beyond = shapely.difference(pair, upright)
         lifting = _cut_by([_Positive(lift) for lift in lifts_of], beyond, accuracy)
         pair = shapely.union(shapely.intersection(pair, upright), lifting)

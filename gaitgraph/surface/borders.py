@@ -38,7 +38,7 @@ import numpy.typing as npt
 import shapely
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.invertibility.forms import FloatArray, Sines
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.surface.blocks import directions
 from gaitgraph.tolerances import ROUND_OFF
 
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
-    from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.invertibility.forms import Form
     from gaitgraph.surface.blocks import Block
 
@@ -442,28 +441,6 @@ def determinant_negative(block: Block, tolerance: float) -> Halves:
     return _where(lambda x, y: _product(form, x, y) < 0, curves, [breaks], tolerance)
 
 
-def _where_quadratic(
-    holds: Condition,
-    of_second: Callable[[FloatArray], Matrices],
-    of_first: Callable[[FloatArray], Matrices],
-    border: Border,
-    tolerance: float,
-) -> Halves:
-    """Return where a condition holds whose border is quadratic in u1 and in u2.
-
-    It is where u2ᵀ·S·u2 vanishes with S = `of_second` of α1, and u1ᵀ·S·u1 with S = `of_first` of α2.
-    """
-
-    def discriminant(x: FloatArray) -> FloatArray:
-        return of_second(x).discriminant
-
-    curves = Curves(
-        lambda x: of_second(x).zeros(), border, lambda x: discriminant(x) > 0
-    )
-    turning = zeros_of_degree_two(discriminant, math.pi)
-    return _where(holds, curves, [turning, of_first(_BREAKING).zeros()], tolerance)
-
-
 def singular_value_below(floor: float, block: Block, tolerance: float) -> Halves:
     """Return where the lesser singular value of a block, times √2, is below a positive floor.
 
@@ -503,27 +480,38 @@ def singular_value_below(floor: float, block: Block, tolerance: float) -> Halves
             for gram in grams
         )
         return _where(holds, Curves(lines=lines.tolist()), [breaks], tolerance)
+    of_second, of_first = matrices(form, *grams), matrices(form.T, *grams[::-1])
+
+    def discriminant(x: FloatArray) -> FloatArray:
+        return of_second(x).discriminant
+
     squares = _quadratic(-g * grams[0], 2, 0) + _quadratic(-g * grams[1], 0, 2)
-    return _where_quadratic(
-        holds,
-        matrices(form, *grams),
-        matrices(form.T, *grams[::-1]),
+    curves = Curves(
+        lambda x: of_second(x).zeros(),
         Border(squares + g**2, _bilinear(form)),
-        # not much above the width of the band
-        min(tolerance, floor / 16 / max(1.0, float(np.linalg.norm(form, 2)))),
+        lambda x: discriminant(x) > 0,
     )
+    turning = zeros_of_degree_two(discriminant, math.pi)
+    # not much above the width of the band
+    narrow = min(tolerance, floor / 16 / max(1.0, float(np.linalg.norm(form, 2))))
+    return _where(holds, curves, [turning, of_first(_BREAKING).zeros()], narrow)
 
 
-def sum_on_red(
-    form: Form, errors: FloatArray, factor: float, *, transposed: bool = False
+def sum_on_plane(
+    form: Form,
+    offsets: FloatArray,
+    factor: float,
+    *,
+    slope: float = 1.0,
+    transposed: bool = False,
 ) -> CosineSum:
-    """Return the last of some forms, times a factor, on red where each angle is off by an error, shape (4,) [rad].
+    """Return the last of some forms, times a factor, at α = (α1, α2, slope·α1, slope·α2) + offsets, shape (4,) [rad].
 
-    α3 is α1 and α4 is α2. Transposed, α1 and α2 are in each other's place.
+    The slope is 1 on red, and −1 on blue. Transposed, α1 and α2 are in each other's place.
     """
     frequencies, phasors = form.phasors()
-    shifted = factor * phasors[:, -1] * np.exp(1j * (frequencies @ errors))
-    turns = frequencies[:, :2] + frequencies[:, 2:]
+    shifted = factor * phasors[:, -1] * np.exp(1j * (frequencies @ offsets))
+    turns = frequencies[:, :2] + slope * frequencies[:, 2:]
     if transposed:
         turns = turns[:, ::-1]
     # Several sinusoids of four angles are one of two.
@@ -588,25 +576,8 @@ def product_below(
     level: float, first: FloatArray, second: FloatArray, tolerance: float
 ) -> Halves:
     """Return where (u1ᵀ·first·u2)·(u1ᵀ·second·u2) is below a level."""
-
-    def matrices(
-        first: FloatArray, second: FloatArray
-    ) -> Callable[[FloatArray], Matrices]:
-        def at(alpha: FloatArray) -> Matrices:
-            u = directions(alpha)
-            (a, b), (c, d) = first.T @ u, second.T @ u
-            between = (a * d - b * c) ** 2 / 4 + level * (a * c + b * d - level)
-            return Matrices(a * c - level, (a * d + b * c) / 2, b * d - level, between)
-
-        return at
-
-    return _where_quadratic(
-        lambda x, y: _product(first, x, y) * _product(second, x, y) < level,
-        matrices(first, second),
-        matrices(first.T, second.T),
-        Border(_bilinear(first) * _bilinear(second) + -level),
-        tolerance,
-    )
+    product = _bilinear(first) * _bilinear(second)
+    return sum_negative(product + -level, tolerance)
 
 
 def _first_product(across: Function, u2: FloatArray, x: FloatArray) -> FloatArray:
@@ -649,48 +620,3 @@ def thrust_above(
     free, idle = (math.atan2(-torque[0], torque[1]) for torque in (own, other))
     curves = Curves(rows, Border(vanishing), lines=[idle])
     return _where(holds, curves, [*crossing, [free]], tolerance)
-
-
-def blue_determinant_below(
-    level: float, sign: int, coefficients: Coefficients, tolerance: float
-) -> Halves:
-    """Return where sign·R is below a positive level on the blue sheet, with the given, rounded coefficients.
-
-    R is bilinear in cos 2β1 and cos 2β2 there, up to the sign that each wrap of α3 and of α4 by π turns; β is zero where
-    the planes cross. Nothing is wrapped here: R is that of α3 = α1 − 2β1 and α4 = α2 − 2β2.
-    """
-    line1, line2 = coefficients.crossings
-    # R at β1 and β2 of 0 and π/2, where cos 2β is 1 and −1.
-    beta1 = np.array([0.0, 0.0, HALF_PI, HALF_PI])
-    beta2 = np.array([0.0, HALF_PI, 0.0, HALF_PI])
-    corners = [line1 + beta1, line2 + beta2, line1 - beta1, line2 - beta2]
-    level_of_corners = coefficients.form.at(Sines.of(np.column_stack(corners)))[2]
-    mixed = sign * level_of_corners.reshape(2, 2)
-    change = np.array([[0.5, -0.5], [0.5, 0.5]])
-    (both, one), (other, none) = change @ mixed @ change.T
-
-    def matrices(
-        wave: tuple[float, float], mean: tuple[float, float], own: float, other: float
-    ) -> Callable[[FloatArray], Matrices]:
-        # of a wave cos 2β with its mean, both linear in cos 2β of the own pair; `own` and `other` are where β = 0
-        def at(alpha: FloatArray) -> Matrices:
-            turned = np.cos(2 * (alpha - own))
-            size, middle = wave[0] * turned + wave[1], mean[0] * turned + mean[1]
-            even, odd = size * math.cos(2 * other), size * math.sin(2 * other)
-            return Matrices(middle + even, odd, middle - even, size**2 - middle**2)
-
-        return at
-
-    rest = cosine(2, 0, 2 * line1) * (cosine(0, 2, 2 * line2, both) + one)
-    border = Border(rest + cosine(0, 2, 2 * line2, other) + (none - level))
-
-    def holds(x: FloatArray, y: FloatArray) -> npt.NDArray[np.bool_]:
-        return np.asarray(border.at(np.column_stack([x, y])) < 0)
-
-    return _where_quadratic(
-        holds,
-        matrices((both, other), (one, none - level), line1, line2),
-        matrices((both, one), (other, none - level), line2, line1),
-        border,
-        tolerance,
-    )
