@@ -514,7 +514,10 @@ def sum_on_plane(
     turns = frequencies[:, :2] + slope * frequencies[:, 2:]
     if transposed:
         turns = turns[:, ::-1]
-    # Several sinusoids of four angles are one of two.
+    # Several sinusoids of four angles are one of two, also those that turn the other way.
+    backward = (turns[:, 0] < 0) | ((turns[:, 0] == 0) & (turns[:, 1] < 0))
+    turns[backward] *= -1
+    shifted[backward] = shifted[backward].conj()
     common, which = np.unique(turns, axis=0, return_inverse=True)
     merged = np.zeros(len(common), dtype=complex)
     np.add.at(merged, which.ravel(), shifted)
