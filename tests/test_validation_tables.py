@@ -125,18 +125,17 @@ def test_reported_values_hold_between_rows_and_are_reached_where_it_is_said(
 
     sigma, shares = least_singular_value(along).min(), hover_thrust_shares(along).min()
     R, off = np.asarray(level_determinant(along, EXACT)), residual(along).max()
-    for name, formula, expected, limit in (
-        ("least_singular_value", least_singular_value, sigma, 0.05),
-        ("on_surface", residual, off, 2e-3),
-    ):
-        check = report[name]
-        slack = 1e-3 + 0.02 * off if name == "on_surface" else 1e-3
-        assert value_of(report, name) == pytest.approx(expected, abs=slack), name
-        place = (check.where or {})["alpha"]
-        assert formula(np.array(place)) == pytest.approx(check.value, abs=slack)
-        is_least = name == "least_singular_value"
-        if abs(expected - limit) > slack:
-            assert check.ok == ((expected > limit) == is_least)
+    checks = [report[name] for name in ("least_singular_value", "on_surface")]
+    values, places = zip(
+        *((check.value or 0.0, (check.where or {})["alpha"]) for check in checks),
+        strict=True,
+    )
+    assert values[0] <= sigma + 1e-9
+    assert least_singular_value(places[0]) == pytest.approx(values[0], abs=1e-3)
+    assert values[1] >= off - 1e-9
+    assert residual(places[1]) == pytest.approx(values[1], rel=0.02, abs=1e-4)
+    assert checks[0].ok == (values[0] >= 0.05) or abs(values[0] - 0.05) < 1e-4
+    assert checks[1].ok == (values[1] <= 2e-3)
     if R.min() < -1e-2 and R.max() > 1e-2:
         assert not report["R_sign"].ok or (report["R_sign"].limit or 0.0) > 1e-2
     if report["R_sign"].ok:
