@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI, angle_within, checked_number
+from gaitgraph.angles import HALF_PI, angle_within, checked_number, figures_apart
 from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.invertibility import error_margins, matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
@@ -369,10 +369,11 @@ def _beyond_limit(
     alpha1: float,
     alpha2: float,
 ) -> str | None:
-    found = float(value(alpha1, alpha2))
-    if found == limit or (found > limit) == (sign == "≥"):
+    here = float(value(alpha1, alpha2))
+    if here == limit or (here > limit) == (sign == "≥"):
         return None
-    return f"{what} must be {sign} {limit:.3g}{unit}, got {found:.3g}{unit}"
+    got, allowed = figures_apart(here, limit)
+    return f"{what} must be {sign} {allowed}{unit}, got {got}{unit}"
 
 
 def _degrees_of_tilt(alpha1: float, alpha2: float) -> float:
