@@ -51,27 +51,30 @@ def angle_from_text(value: object, name: str = "angle") -> float:
     >>> angle_from_text("-67.5deg")
     -1.1780972450961724
     """
-    angle = math.nan if isinstance(value, str) else number_of(value)
-    text = (
-        value.strip().replace("−", "-")
-        if isinstance(value, str) and len(value) <= _LONGEST
-        else ""
-    )
-    if match := _ANGLE.fullmatch(text):
-        sign, plain, unit, factor, divisor = match.groups()
-        if plain:
-            angle = (
-                math.radians(float(plain))
-                if (unit or "").lower() in ("deg", "°")
-                else float(plain)
-            )
-        elif part := float(divisor or 1):
-            angle = float(factor or 1) * math.pi / part
-        angle = -angle if sign == "-" else angle
+    angle = _angle_in_text(value) if isinstance(value, str) else number_of(value)
     if not math.isfinite(angle):
         allowed = "a finite number in radians, or a text such as '3pi/8', '-3*pi/8' or '67.5deg'"
         raise InputError(f"{name} must be {allowed}, got {shown(value)}", field=name)
     return angle
+
+
+def _angle_in_text(text: str) -> float:
+    """Return the angle that a text states [rad], NaN for any other text."""
+    if len(text) > _LONGEST:
+        return math.nan
+    match = _ANGLE.fullmatch(text.strip().replace("−", "-"))
+    if match is None:
+        return math.nan
+    sign, plain, unit, factor, divisor = match.groups()
+    if plain:
+        angle = float(plain)
+        if (unit or "").lower() in ("deg", "°"):
+            angle = math.radians(angle)
+    elif float(divisor or 1) == 0:
+        return math.nan
+    else:
+        angle = float(factor or 1) * math.pi / float(divisor or 1)
+    return -angle if sign == "-" else angle
 
 
 def in_degrees(value: object) -> str:

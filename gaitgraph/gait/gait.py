@@ -177,21 +177,21 @@ class Gait(Pictured):
         changes: Any = False  # of color, to the next point, and from the one before
         changed: Any = False
         if self.color == "mixed":
-            changed = (codes := color_codes(self.colors)) != codes[before]
+            codes = color_codes(self.colors)
+            changed = codes != codes[before]
             changes = np.roll(changed, -1)
         # First drop points that repeat the one before, of which the direction is not known.
         size = np.sqrt((step * step).sum(axis=1, keepdims=True))
-        if not size.all() and not (keep := step.any(axis=1) | changes).all():
-            return self._reordered(np.flatnonzero(keep).tolist() or [0]).merged()
+        kept = step.any(axis=1) | changes
+        if not size.all() and not kept.all():
+            return self._reordered(np.flatnonzero(kept).tolist() or [0]).merged()
         unit = step / np.maximum(size, 1e-300)
         turn = unit - unit[before]
         corner = ((turn * turn).sum(axis=1) > SAME_ANGLE**2) | changes | changed
         corner[0] = True
-        return (
-            self
-            if corner.all() and not self.request
-            else self._reordered(np.flatnonzero(corner).tolist())
-        )
+        if corner.all() and not self.request:
+            return self
+        return self._reordered(np.flatnonzero(corner).tolist())
 
     def reversed(self) -> Gait:
         """Return the gait run the other way from the same start."""

@@ -359,12 +359,13 @@ def checked_about(content: object) -> dict[str, Any]:
         raise InputError(f"about must be an object, got {shown(content)}")
     level: list[Any] = [content]
     for _ in range(_DEEPEST):
-        inner = [one for one in level if isinstance(one, (dict, list))]
-        level = [
-            value
-            for one in inner
-            for value in (one.values() if isinstance(one, dict) else one)
-        ]
+        deeper: list[Any] = []
+        for value in level:
+            if isinstance(value, dict):
+                deeper += value.values()
+            elif isinstance(value, list):
+                deeper += value
+        level = deeper
     if level:
         raise InputError(f"about must have at most {_DEEPEST} levels of nesting")
     try:

@@ -336,7 +336,8 @@ def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:
     for number, rotor in enumerate(rotors, start=1):
         check_fields(f"rotor {number}", rotor, list(_ROTOR))
         table, name = _ROTOR | rotor, f"tilt_range of rotor {number}"
-        if isinstance(limits := rotor.get("tilt_range"), list):
+        limits = rotor.get("tilt_range")
+        if isinstance(limits, list):
             table["tilt_range"] = [
                 angle_within(one, name, 2 * math.pi) for one in limits
             ]

@@ -320,8 +320,13 @@ def _zero_of(
     else:
         return segment, fraction, False
     low = 0.0
-    while low < (middle := (low + high) / 2) < high:
-        low, high = (middle, high) if level(segment, middle) > 0 else (low, middle)
+    middle = high / 2
+    while low < middle < high:
+        if level(segment, middle) > 0:
+            low = middle
+        else:
+            high = middle
+        middle = (low + high) / 2
     return segment, high, True
 
 

@@ -398,19 +398,13 @@ def _numbers(name: str, values: Any, *, angle_texts: bool = False) -> FloatArray
 def _number(value: Any, angle_texts: bool) -> float:
     """Return a number, or a text of one, as a float; NaN for anything else."""
     try:
-        if isinstance(value, str):
-            return (
-                angle_from_text(value)
-                if angle_texts
-                else float(value)
-                if _is_plain(value)
-                else math.nan
-            )
-        return (
-            math.nan
-            if isinstance(value, (bool, list, dict, np.ndarray))
-            else float(value)
-        )
+        if isinstance(value, str) and angle_texts:
+            return angle_from_text(value)
+        if isinstance(value, str) and not _is_plain(value):
+            return math.nan
+        if isinstance(value, (bool, list, dict, np.ndarray)):
+            return math.nan
+        return float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
 
@@ -437,11 +431,8 @@ def _texts(name: str, values: Any) -> tuple[str, ...]:
             if name == "types":
                 types_from_text(text)
             elif text not in COLORS:
-                got = (
-                    "no value"
-                    if (found := values[texts.index(text)]) is None
-                    else shown(found)
-                )
+                value = values[texts.index(text)]
+                got = "no value" if value is None else shown(value)
                 raise InputError(
                     f"color must be one of {', '.join(map(repr, COLORS))}, got {got}",
                     field="color",

@@ -81,7 +81,8 @@ class Format:
 
     def function(self, task: str) -> Callable[..., Any]:
         """Return what does a task, "write" or "read", as the module's docstring says; MissingExtra if it cannot."""
-        if missing := self.why_not():
+        missing = self.why_not()
+        if missing:
             raise MissingExtra(missing)
         found: Callable[..., Any] = getattr(
             self.module, f"{task}_{self.suffix.removeprefix('.')}"
@@ -154,7 +155,9 @@ def known_format(path: str | Path, what: str) -> Format:
     suffix = path_of(path, what).suffix.lower()
     if suffix in FORMATS:
         return FORMATS[suffix]
-    known = [*FORMATS, *(FILMS if suffix not in FILMS else ())]
+    known = [*FORMATS]
+    if suffix not in FILMS:
+        known += FILMS
     raise _unknown(suffix, repr(str(path)), what, known, _HINTS_ON_WRITING)
 
 

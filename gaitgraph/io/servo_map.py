@@ -500,7 +500,8 @@ def _parsed(joint: dict[str, Any]) -> dict[str, Any]:
         parsed["zero"] = angle_from_text(parsed["zero"], f"{who}: zero")
     if parsed.get("linkage") is not None:
         parsed["linkage"] = linkage_of(f"{who}: linkage", parsed["linkage"])
-    if isinstance(limits := parsed.get("limits"), tuple):
+    limits = parsed.get("limits")
+    if isinstance(limits, tuple):
         parsed["limits"] = tuple(
             angle_from_text(one, f"{who}: limits") for one in limits
         )

@@ -815,12 +815,9 @@ def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
     cap = matrices.largest_least_singular_value(vehicle)
     if floor > cap:
         return f"the least singular value of this vehicle is at most {cap:.4f}, below the floor {floor:g}; lower it"
-    if (
-        vehicle.max_thrust
-        and vehicle.mass
-        and (lift := 4 * vehicle.max_thrust) < vehicle.mass * vehicle.gravity
-    ):
-        weight = vehicle.mass * vehicle.gravity
-        return f"four rotors lift {lift:.4g} N at most, and the vehicle weighs {weight:.4g} N; correct the vehicle"
+    if vehicle.max_thrust and vehicle.mass:
+        lift, weight = 4 * vehicle.max_thrust, vehicle.mass * vehicle.gravity
+        if lift < weight:
+            return f"four rotors lift {lift:.4g} N at most, and the vehicle weighs {weight:.4g} N; correct the vehicle"
     names = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))
     return f"no tilt angles meet all conditions ({names}); lower the floor, or widen the limits or the polygons"

@@ -44,6 +44,7 @@ DEFAULT_ACCURACY = 1e-6
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 shapely.prepare(_SQUARE)
 _MOST_LISTED = 6  # components in the text of a region
+_NO_AREA = 1e-12  # rad²
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -180,9 +181,8 @@ class Region(Pictured):
             for one in self._joined_parts
         ]
         joined = self._joined_parts[away.index(min(away))] if away else self
-        return tuple(
-            found for point in asked if (found := joined.nearest(point)) is not None
-        )
+        nearest = map(joined.nearest, asked)
+        return tuple(point for point in nearest if point is not None)
 
     @cached_property
     def _joined_parts(self) -> tuple[Region, ...]:
@@ -430,61 +430,51 @@ def _united(polygons: tuple[Corners, ...], distance: float) -> BaseGeometry:
     return shape
 
 
-def checked_polygons(value: Any, name: str) -> npt.NDArray[np.object_]:
+def checked_polygons(value: Any, name: str) -> list[Polygon]:
     """Return the polygons of lists of corners [rad]; raise InputError, with its number, for one that is malformed."""
     if not is_list(value):
         raise InputError(
             f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}"
         )
-    polygons: list[list[tuple[float, float]]] = []
+    polygons = []
     for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
-        if not is_list(corners) or any(
-            not is_list(one) or len(one) != 2 for one in corners
-        ):
+        polygon = _checked_polygon(corners, label)
+        if name == "keep_in" and not polygon.intersects(_SQUARE):
             raise InputError(
-                f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}"
+                f"{label} must overlap the square of ±π/2 rad, got {shown(corners)}"
             )
-        # A polygon may reach beyond the square of ±π/2; larger numbers are degrees by mistake.
-        first, second = f"{label} alpha1", f"{label} alpha2"
-        polygons.append(
-            [
-                (angle_within(x, first, math.pi), angle_within(y, second, math.pi))
-                for x, y in corners
-            ]
+        polygons.append(polygon)
+    return polygons
+
+
+def _checked_polygon(corners: Any, label: str) -> Polygon:
+    """Return the polygon of corners (α1, α2) [rad]; the last corner may repeat the first."""
+    if not is_list(corners) or any(
+        not is_list(corner) or len(corner) != 2 for corner in corners
+    ):
+        raise InputError(
+            f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}"
         )
-        if len(corners) < 3:
-            raise InputError(
-                f"{label} must have three or more corners that are not on a line, got {shown(corners)}"
-            )
-    if not polygons:
-        return np.empty(0, dtype=object)
-    # All at once: shapely takes several times as long for one after the other.
-    rings = [
-        one if one[0] == one[-1] and len(one) > 3 else [*one, one[0]]
-        for one in polygons
+    # A polygon may reach beyond the square of ±π/2; larger numbers are degrees by mistake.
+    points = [
+        (
+            angle_within(x, f"{label} alpha1", math.pi),
+            angle_within(y, f"{label} alpha2", math.pi),
+        )
+        for x, y in corners
     ]
-    offsets = np.cumsum([0, *map(len, rings)]), np.arange(len(rings) + 1)
-    shapes = shapely.from_ragged_array(
-        shapely.GeometryType.POLYGON, np.concatenate(rings), offsets
-    )
-    fine = (
-        shapely.is_valid(shapes)
-        & (shapely.area(shapes) > 1e-12)
-        & (shapely.intersects(_SQUARE, shapes) | (name == "keep_out"))
-    )
-    for k in () if fine.all() else range(len(shapes)):
-        got = shown(value[k])
-        if not shapes[k].convex_hull.area > 1e-12:
-            rule = "have three or more corners that are not on a line"
-        elif not shapes[k].is_valid:
-            rule, got = "not cross or touch itself", shapely.is_valid_reason(shapes[k])
-        elif name == "keep_in" and not shapes[k].intersects(_SQUARE):
-            rule = "overlap the square of ±π/2 rad"
-        else:
-            continue
-        raise InputError(f"{name} polygon {k + 1} must {rule}, got {got}")
-    return shapes
+    if len(points) > 3 and points[0] == points[-1]:
+        points.pop()
+    polygon = shapely.Polygon(points) if len(set(points)) > 2 else shapely.Polygon()
+    if not polygon.convex_hull.area > _NO_AREA:
+        raise InputError(
+            f"{label} must have three or more corners that are not on a line, got {shown(corners)}"
+        )
+    if not polygon.is_valid:
+        got = shapely.is_valid_reason(polygon)
+        raise InputError(f"{label} must not cross or touch itself, got {got}")
+    return polygon
 
 
 def zones_region(zones: Zones) -> Region:

@@ -610,7 +610,8 @@ def red_label(
         bend = float(np.linalg.det(roll))
         apart = math.copysign(1.0, roll[0, 1]) * across
         between = np.ones(apart.shape)
-        if middle := _chord_middle(yaw, roll):
+        middle = _chord_middle(yaw, roll)
+        if middle is not None:
             x, y = middle
             chord = s1 * c2 + c1 * s2 - (x + y) * c1 * c2
             chord = chord * math.copysign(1.0, -(x + y))

@@ -467,16 +467,15 @@ def verdict_of(report: Report | None) -> dict[str, Any]:
 
 def following(checks: Iterable[Check], causes: Mapping[str, str]) -> list[Check]:
     """Return checks, those that are broken by another one with its name; `causes` has the names of both."""
-    return [
-        replace(
-            check,
-            follows_from=causes[check.name],
-            message=f"follows from {causes[check.name]}: {check.message}",
-        )
-        if check.name in causes and check.broken
-        else check
-        for check in checks
-    ]
+    followed = []
+    for check in checks:
+        if check.name in causes and check.broken:
+            cause = causes[check.name]
+            message = f"follows from {cause}: {check.message}"
+            followed.append(replace(check, follows_from=cause, message=message))
+        else:
+            followed.append(check)
+    return followed
 
 
 def lines_of_checks(checks: Iterable[Check]) -> list[str]:

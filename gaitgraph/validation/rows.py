@@ -93,8 +93,8 @@ def _report_of_straight_rows(
         notes.append(
             "the table is a single posture, not a gait: its rows are all equal"
         )
-    if not is_path and (note := note_on_ends(alpha)):
-        notes.append(note)
+    if not is_path:
+        notes += filter(None, [note_on_ends(alpha)])
     if not returns and not is_path and gap > 3 * longest:
         notes.append(
             f"the closing segment from row {count} to row 1 is {gap:.4g} rad long, the longest step between "
@@ -163,11 +163,11 @@ def _notes_on_columns(
 ) -> list[str]:
     """Return a note on the first row whose stated types, and on the first whose stated R, disagree with its angles."""
     notes = []
-    if "types" in table and (wrong := wrong_types(table, color)).any():
-        k = int(np.argmax(wrong))
-        notes.append(
+    if "types" in table:
+        notes += [
             f"row {k + 1} states the types {table['types'][k]}, but it is {color_of(color[k])}; stated types are not used"
-        )
+            for k in np.flatnonzero(wrong_types(table, color))[:1]
+        ]
     if "R" in table:
         computed = np.asarray(level_determinant(alpha, coefficients))
         off = np.abs(table["R"] - computed) - 1e-2 * np.maximum(1, np.abs(computed))
