@@ -112,6 +112,20 @@ def random_vehicle(random: np.random.Generator) -> Vehicle:
     )
 
 
+def symmetric_vehicle(random: np.random.Generator) -> Vehicle:
+    """Return a vehicle that a half turn maps to itself: pairs of rotors that differ in all that they may."""
+    length, height = random.uniform([[0.1], [-0.1]], [[0.4], [0.1]], (2, 2))
+    turn = random.uniform([0.1, 1.6], [1.4, 2.9])
+    half = np.column_stack([length * np.cos(turn), length * np.sin(turn), height])
+    return Vehicle(
+        name="symmetric",
+        mass=1.0,
+        rotor_positions=np.concatenate([half, half * [-1, -1, 1]]),
+        drag_to_thrust=np.tile(random.uniform(0.01, 0.06, 2), 2),
+        first_rotor_spin=str(random.choice(["clockwise", "counterclockwise"])),
+    )
+
+
 def random_tilts(seed: int, *shape: int, reach: float = math.pi) -> FloatArray:
     return np.random.default_rng(seed).uniform(-reach, reach, (*shape, 4))
 
