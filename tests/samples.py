@@ -52,6 +52,28 @@ BEETLE = vehicle_named("beetle_omni").replace(
     thrust_coefficient=1e-5, rotor_lag=None
 )  # lag has tests of its own
 
+RAISED = PAPER.replace(
+    name="raised", rotor_height=-0.04, first_rotor_spin="counterclockwise"
+)
+ODD = Vehicle(
+    name="odd",
+    mass=1.6,
+    thrust_coefficient=8e-6,
+    drag_to_thrust=[0.016, 0.02, 0.018, 0.03],
+    rotor_positions=[
+        [0.15, 0.2, 0.03],
+        [-0.15, 0.24, -0.01],
+        [-0.15, -0.24, 0.0],
+        [0.2, -0.2, 0.02],
+    ],
+)
+LEANING = ODD.replace(
+    name="leaning",
+    tilt_axes=[[0.2, 0.15, 0.05], [-0.2, 0.1, 0.0], [-0.2, -0.15, 0.0], [2, -1.5, 0.3]],
+    thrust_axes=[[0.1, 0.0, 1.0], [0.0, 0.0, 5.0], [0.0, -0.3, 1.0], [0.0, 0.2, 3.0]],
+    spins=["clockwise", "clockwise", "counterclockwise", "counterclockwise"],
+)
+
 RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
 HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)
 
@@ -124,6 +146,11 @@ def symmetric_vehicle(random: np.random.Generator) -> Vehicle:
         drag_to_thrust=np.tile(random.uniform(0.01, 0.06, 2), 2),
         first_rotor_spin=str(random.choice(["clockwise", "counterclockwise"])),
     )
+
+
+EVERY_KIND = [PAPER, BOTH, STRONG, RAISED]
+EVERY_KIND += [symmetric_vehicle(np.random.default_rng(7)), ODD, LEANING]
+"""A vehicle of each kind, on which the laws of all four rotors are tested."""
 
 
 def random_tilts(seed: int, *shape: int, reach: float = math.pi) -> FloatArray:

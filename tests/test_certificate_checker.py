@@ -408,7 +408,8 @@ def made(vehicle: Vehicle = PAPER, smooth: bool = True) -> dict[str, Any]:
         for a, b in zip(start, end, strict=True):
             curves.append([str(a), *(str((b - a) * share) for share in rise)])
         pieces.append({"alpha": curves, "duration": "1"})
-        samples.append(np.linspace([*start, *start], [*end, *end], 40, dtype=float))
+        ends = np.array([start * 2, end * 2], dtype=float)
+        samples.append(ends[0] + np.linspace(0, 1, 40)[:, None] * (ends[1] - ends[0]))
     truth = Truth(vehicle, np.concatenate(samples))
     claims: dict[str, Any] = {
         "joints": {"rate_jump": "0" if smooth else "1", "acceleration_jump": "0"},
@@ -523,9 +524,9 @@ def test_jumps_at_joints_are_compared_with_what_is_stated() -> None:
     ):
         answer = checked(with_claim(document, "joints", value, jump))
         assert answer["claims"]["joints"] == place
-    for piece, place in ((2, 0), (1, 1)):
+    for piece, start in ((2, 0), (1, 1)):
         apart = changed(document, "pieces", piece, "alpha", 0, 0, to="0.9000000001")
-        assert checked(apart)["claims"]["joints"] == f"at the start of piece {place}"
+        assert checked(apart)["claims"]["joints"] == f"at the start of piece {start}"
 
 
 def test_each_interval_of_a_cover_is_proved_by_itself() -> None:
@@ -753,7 +754,8 @@ def test_rows_of_a_csv_file_are_exact(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     rows, half_unit = check.rows_of_csv(path)
     assert rows[0] == (F(0), [F(1, 10), F(-1, 5), F(3, 10), F(2, 5)], [F(0)] * 4)
-    assert (rows[1].angles, len(rows), half_unit) == ([1, 2, 3, 4], 2, F(1, 200))
+    assert rows[1].angles == [F(1), F(2), F(3), F(4)]
+    assert (len(rows), half_unit) == (2, F(1, 200))
     for time, digits in (("1", 0), ("0.5", 1), ("1/3", 60), ("1e-59", 59)):
         path.write_text(f"{NAMES}\n0,0,0,0,0\n{time},0,0,0,0")
         assert check.rows_of_csv(path)[1] == F(1, 2 * 10**digits)
