@@ -21,6 +21,7 @@ pytest.importorskip("sphinx", reason="install the extra 'docs'")
 ROOT = Path(__file__).parent.parent
 GENERATED = (
     "_build",
+    "api",
     "_examples",
     "gallery",
 )  # figures too, but those that are newer than the code are kept
@@ -55,6 +56,7 @@ class Page(HTMLParser):
     def __init__(self, text: str) -> None:
         super().__init__()
         self.loads: list[str] = []
+        self.links: list[str] = []
         self.ids: set[str] = set()
         self.counts: dict[str, int] = {}
         self.feed(text)
@@ -62,6 +64,8 @@ class Page(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.counts[tag] = self.counts.get(tag, 0) + 1
         for name, value in attrs:
+            if tag == "a" and name == "href":
+                self.links.append(value or "")
             if name == "id":
                 self.ids.add(value or "")
             if name in LOADED.get(tag, ()) or (
@@ -178,7 +182,10 @@ def test_the_api_is_whole(pages: dict[str, Page]) -> None:
         if not isinstance(getattr(gaitgraph, name), ModuleType)
     }
     names |= {f"gaitgraph.plots.{name}" for name in dir(gaitgraph.plots)}
-    assert names <= pages["api.html"].ids
+    for name in names:
+        assert name in pages[f"api/{name}.html"].ids
+    linked = {link.partition("#")[0] for link in pages["api.html"].links}
+    assert {f"api/{name}.html" for name in names} <= linked
 
 
 def test_the_same_sources_give_the_same_site(site: Path) -> None:
@@ -206,6 +213,8 @@ def test_pages_can_be_read_by_everybody(
             "index",
             "tutorial",
             "command_line",
+            "api",
+            "api/gaitgraph.plan_loop",
             "limitations",
             "gallery/index",
             "gallery/plan_a_gait",

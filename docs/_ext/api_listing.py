@@ -1,4 +1,7 @@
-"""The directive ``api-listing``: the names at the top in one table, then every public name, package by package."""
+"""The directive ``api-listing``: every public name by package, with one line and a link to its own page.
+
+The pages are written into the folder ``api`` when the site is built.
+"""
 
 from __future__ import annotations
 
@@ -104,66 +107,64 @@ def docs_of(module: str, name: str) -> list[str]:
     return ModuleAnalyzer.for_module(module).find_attr_docs().get(("", name), [])
 
 
+def summary_of(module: str, name: str, package: str) -> str:
+    """Return the first sentence of a name's docstring."""
+    value = getattr(import_module(module), name)
+    if inspect.isroutine(value) or inspect.isclass(value):
+        about = inspect.getdoc(value) or ""
+    else:
+        home = home_of(name) if module == "gaitgraph" else f"gaitgraph.{package}"
+        about = " ".join(docs_of(home, name))
+    paragraph = " ".join(about.partition("\n\n")[0].split())
+    sentence = re.split(r"(?<=\.)\s", paragraph)[0]
+    return escaped(ROLE.sub(r"``\1``", sentence))
+
+
 def section_of(package: str) -> list[str]:
-    """Return the lines of one package's section, the first paragraph of its docstring and its names, or nothing."""
+    """Return the lines of one package's section: the first paragraph of its docstring, and a table of its names."""
     names = names_of(package)
     if not names:
         return []
-    module, home = f"gaitgraph.{package}", names[0][0]
-    about = (
-        (inspect.getdoc(import_module(module)) or "").partition("\n\n")[0].splitlines()
-    )
+    module = f"gaitgraph.{package}"
+    about = inspect.getdoc(import_module(module)) or ""
     lines = [module, "-" * len(module), "", f".. module:: {module}", ""]
-    lines += [f".. currentmodule:: {home}", "", *about, ""]
+    lines += [*about.partition("\n\n")[0].splitlines(), ""]
+    lines += [".. list-table::", ""]
     for where, name in names:
-        lines += described(where, name, package)
-    return lines
-
-
-def overview() -> list[str]:
-    """Return the lines of a table of the names at the top, each with the first sentence of its docstring."""
-    lines = [
-        ".. list-table::",
-        "   :header-rows: 1",
-        "",
-        "   * - name",
-        "     - what it is",
-        "     - package",
-    ]
-    for package in packages():
-        for where, name in names_of(package):
-            if where == "gaitgraph":
-                value = getattr(gaitgraph, name)
-                documented = inspect.isroutine(value) or inspect.isclass(value)
-                about = (
-                    inspect.getdoc(value) or ""
-                    if documented
-                    else " ".join(docs_of(home_of(name), name))
-                )
-                summary = re.split(
-                    r"(?<=\.)\s", " ".join(about.partition("\n\n")[0].split())
-                )[0]
-                words = escaped(ROLE.sub(r"``\1``", summary))
-                lines += [
-                    f"   * - :py:obj:`gg.{name} <gaitgraph.{name}>`",
-                    f"     - {words}",
-                ]
-                lines += [f"     - :py:mod:`{package} <gaitgraph.{package}>`"]
+        shown = f"{where}.{name}".replace("gaitgraph", "gg", 1)
+        lines += [f"   * - :py:obj:`{shown} <{where}.{name}>`"]
+        lines += [f"     - {summary_of(where, name, package)}"]
     return [*lines, ""]
 
 
 class ApiListing(SphinxDirective):
-    """The table of the names at the top, and one section for each package that has public names."""
+    """One section for each package that has public names."""
 
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
-        text = "\n".join(
-            [
-                *overview(),
-                *(line for package in packages() for line in section_of(package)),
-            ]
-        )
-        return self.parse_text_to_nodes(text, allow_section_headings=True)
+        lines = [line for package in packages() for line in section_of(package)]
+        return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
+
+
+def write_pages(app: Sphinx) -> None:
+    """Write the page of each public name, and remove those of names that are gone."""
+    folder = Path(app.srcdir) / "api"
+    folder.mkdir(exist_ok=True)
+    texts = {}
+    for package in packages():
+        for where, name in names_of(package):
+            title = f"{where}.{name}"
+            lines = [":orphan:", "", title, "=" * len(title), ""]
+            lines += [f".. currentmodule:: {where}", ""]
+            lines += described(where, name, package)
+            texts[folder / f"{title}.rst"] = "\n".join(lines)
+    for path in folder.iterdir():
+        if path not in texts:
+            path.unlink()
+    for path, text in texts.items():
+        # A page that stays as it is need not be read again.
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
 
 
 def keep_bars(
@@ -262,6 +263,7 @@ def imported_names() -> frozenset[str]:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Make the directive known, and read docstrings as they are written."""
     app.add_directive("api-listing", ApiListing)
+    app.connect("builder-inited", write_pages)
     app.connect("autodoc-process-docstring", keep_bars)
     app.connect("missing-reference", find_public_name)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
