@@ -31,61 +31,35 @@ def _the_same_numbers_whatever_ran_before() -> None:
 
 # -- URDF of the links and joints that gimbalrotor's description has, with the numbers of its files
 
+INERTIAL = '<inertial><origin xyz="{0}"/><mass value="{1}"/><inertia ixx="{2}" iyy="{3}" izz="{4}" ixy="0" ixz="0" iyz="0"/></inertial>'
+BASE = INERTIAL.format("0 0 0.0165", 0.1753, 0.0004, 0.0004, 0.0008)
+ARM = f"""
+<link name="arm{{k}}">{INERTIAL.format("0.0486 0 0.0161", 0.088, 0.000001, 0.0001, 0.0001)}</link>
+<link name="gimbal{{k}}">{INERTIAL.format("0.018 0 0.00438", 0.1095, 0.00002989, 0.00002848, 0.0002698)}</link>
+<link name="thrust{{k}}"></link>
+<joint name="fixed{{k}}" type="fixed">
+  <parent link="base_link"/><child link="arm{{k}}"/><origin xyz="{{x}} {{y}} 0" rpy="0 0 {{turn}}"/>
+</joint>
+<joint name="tilt{{k}}" type="revolute">
+  <parent link="arm{{k}}"/><child link="gimbal{{k}}"/><origin xyz="0.077 0 0.0385"/>
+  <axis xyz="1 0 0"/><limit effort="6.6" lower="{{low}}" upper="{{high}}" velocity="3.0"/>
+</joint>
+<joint name="rotor{{k}}" type="continuous">
+  <parent link="gimbal{{k}}"/><child link="thrust{{k}}"/><origin xyz="0.018 0 0.00438"/><axis xyz="0 0 1"/>
+</joint>
+"""
 
-def link(name: str, mass: float, place: str, moments: str) -> str:
-    x, y, z = moments.split()
-    inertia = f'<inertia ixx="{x}" iyy="{y}" izz="{z}" ixy="0" ixz="0" iyz="0"/>'
-    inertial = (
-        f'<inertial><origin xyz="{place}"/><mass value="{mass}"/>{inertia}</inertial>'
-        if mass
-        else ""
-    )
-    return f'<link name="{name}">{inertial}</link>'
 
-
-def joint(kind: str, name: str, ends: str, place: str, more: str = "") -> str:
-    parent, child = ends.split()
-    frame = f'<parent link="{parent}"/><child link="{child}"/><origin xyz="{place}" {more.partition("|")[0]}/>'
-    return f'<joint name="{name}" type="{kind}">{frame}{more.partition("|")[2]}</joint>'
-
-
-def urdf(
-    count: int = 4, axis: str = "1 0 0", extra: str = "", limits: str = "-2.0 2.0"
-) -> str:
-    parts = [link("base_link", 0.1753, "0 0 0.0165", "0.0004 0.0004 0.0008"), extra]
-    low, high = limits.split()
+def urdf(count: int = 4, extra: str = "", low: float = -2.0, high: float = 2.0) -> str:
+    arms = ""
     for k in range(count):
         turn = math.pi / 4 + 2 * math.pi * k / count
-        place = f"{0.051 * math.sqrt(2) * math.cos(turn)} {0.051 * math.sqrt(2) * math.sin(turn)} 0"
-        limit = f'<axis xyz="{axis}"/><limit effort="6.6" lower="{low}" upper="{high}" velocity="3.0"/>'
-        parts += [
-            link(f"arm{k}", 0.088, "0.0486 0 0.0161", "0.000001 0.0001 0.0001"),
-            link(
-                f"gimbal{k}",
-                0.1095,
-                "0.018 0 0.00438",
-                "0.00002989 0.00002848 0.0002698",
-            ),
-            link(f"thrust{k}", 0, "", "0 0 0"),
-            joint(
-                "fixed", f"fixed{k}", f"base_link arm{k}", place, f'rpy="0 0 {turn}"|'
-            ),
-            joint(
-                "revolute",
-                f"tilt{k}",
-                f"arm{k} gimbal{k}",
-                "0.077 0 0.0385",
-                f"|{limit}",
-            ),
-            joint(
-                "continuous",
-                f"rotor{k}",
-                f"gimbal{k} thrust{k}",
-                "0.018 0 0.00438",
-                '|<axis xyz="0 0 1"/>',
-            ),
-        ]
-    return f'<robot name="quad">{"".join(parts)}</robot>'
+        x = 0.051 * math.sqrt(2) * math.cos(turn)
+        y = 0.051 * math.sqrt(2) * math.sin(turn)
+        arms += ARM.format(k=k, x=x, y=y, turn=turn, low=low, high=high)
+    return (
+        f'<robot name="quad"><link name="base_link">{BASE}</link>{extra}{arms}</robot>'
+    )
 
 
 def test_urdf_gives_the_preset_that_was_derived_from_the_same_numbers(run: Any) -> None:
@@ -111,43 +85,36 @@ def test_urdf_gives_the_preset_that_was_derived_from_the_same_numbers(run: Any) 
 def test_urdf_is_read_without_its_meshes_comments_and_extension(tmp_path: Path) -> None:
     shape = '<{0}><geometry><mesh filename="package://none.dae"/></geometry></{0}>'
     mesh = shape.format("visual") + shape.format("collision")
-    extended = urdf(extra='<mujoco><compiler fusestatic="true"/></mujoco>').replace(
-        "</link>", f"{mesh}</link>"
-    )
-    (tmp_path / "quad.urdf").write_text(urdf())
-    plain = read_description(tmp_path / "quad.urdf")
-    (tmp_path / "quad.urdf").write_text(f'<!-- <robot name="old"> -->{extended}')
-    assert read_description(tmp_path / "quad.urdf") == plain
-    (tmp_path / "quad.urdf").write_text(urdf(limits="0.3 7"))
-    constants = read_description(tmp_path / "quad.urdf").constants
-    assert (constants["min_tilt"], constants["max_tilt"]) == (
-        0.3,
-        pytest.approx(math.pi),
-    )
+    text = urdf(extra='<mujoco><compiler fusestatic="true"/></mujoco>')
+    extended = text.replace("</link>", f"{mesh}</link>")
+    path = tmp_path / "quad.urdf"
+    path.write_text(urdf())
+    plain = read_description(path)
+    path.write_text(f'<!-- <robot name="old"> -->{extended}')
+    assert read_description(path) == plain
+    path.write_text(urdf(low=0.3, high=7))
+    constants = read_description(path).constants
+    assert constants["min_tilt"] == 0.3
+    assert constants["max_tilt"] == pytest.approx(math.pi)
 
 
 def test_a_rotor_beside_its_tilt_axis_is_said_where_it_is_judged(run: Any) -> None:
     arms, actuators = "", ""
     for k in range(4):
         x, y = 0.3 * math.cos(k * math.pi / 2), 0.3 * math.sin(k * math.pi / 2)
-        hinge = f'<joint axis="{x} {y} 0"/><inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>'
         beside = f"{-y / 6} {x / 6} 0" if k == 0 else "0 0 0"
-        arms += (
-            f'<body pos="{x} {y} 0">{hinge}<site name="s{k}" pos="{beside}"/></body>'
-        )
+        arms += f"""<body pos="{x} {y} 0">
+            <joint axis="{x} {y} 0"/><inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>
+            <site name="s{k}" pos="{beside}"/></body>"""
         actuators += f'<general site="s{k}" gear="0 0 1 0 0 {0.02 * (-1) ** k}"/>'
-    body = f'<body><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{arms}</body>'
-    Path("x.xml").write_text(
-        f"<mujoco><worldbody>{body}</worldbody><actuator>{actuators}</actuator></mujoco>"
-    )
-    Path("x.csv").write_text(
-        "alpha1,alpha2,alpha3,alpha4\n0,0,0,0\n-0.1,0.1,-0.1,0.1\n"
-    )
-    found = run("validate", "x.csv", "--vehicle", "x.xml")
-    assert (
-        found.err
-        == "gaitgraph: warning: rotor 1 is 50 mm beside its tilt axis: taken as on it\n"
-    )
+    Path("x.xml").write_text(f"""<mujoco><worldbody>
+        <body><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{arms}</body>
+        </worldbody><actuator>{actuators}</actuator></mujoco>""")
+    rows = "alpha1,alpha2,alpha3,alpha4\n0,0,0,0\n-0.1,0.1,-0.1,0.1\n"
+    Path("x.csv").write_text(rows)
+    told = "warning: rotor 1 is 50 mm beside its tilt axis: taken as on it\n"
+    err = run("validate", "x.csv", "--vehicle", "x.xml").err
+    assert err == f"gaitgraph: {told}"
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -155,31 +122,23 @@ def test_models_read_back(run: Any, name: str) -> None:
     preset = vehicle_named(name)
     if preset.rotor_positions is None:
         preset = preset.replace(first_arm_angle=RNG.uniform(-3, 3))
-    Path("mine.toml").write_text(
-        "\n".join(
-            f"{key} = {json.dumps(value)}" for key, value in preset.as_mapping().items()
-        )
-    )
-    assert run("vehicles", "mine.toml", "--output", "model.xml").out.endswith(
-        "wrote model.xml\n"
-    )
-    assert run("vehicles", "mine.toml", "--output", "model.xml").code == 2  # it exists
-    found = read_description("model.xml")
-    again = gg.Vehicle(**found.constants)
+    stated = preset.as_mapping().items()
+    lines = [f"{key} = {json.dumps(value)}" for key, value in stated]
+    Path("mine.toml").write_text("\n".join(lines))
+    write = ("vehicles", "mine.toml", "--output", "model.xml")
+    assert run(*write).out.endswith("wrote model.xml\n")
+    assert run(*write).code == 2  # it exists
+    model = read_description("model.xml")
+    again = gg.Vehicle(**model.constants)
     sizes = "mass inertia arm_length drag_to_thrust first_arm_angle rotor_height rotor_lag gravity max_tilt"
-    for field in sizes.split():
-        assert np.allclose(
-            getattr(again, field) or 0,
-            getattr(preset, field) or 0,
-            rtol=1e-5,  # places are rounded to a micrometre
-            atol=1e-5,
-        ), field
+    for name in sizes.split():
+        before, after = (getattr(vehicle, name) or 0 for vehicle in (preset, again))
+        # Places are rounded to a micrometre.
+        np.testing.assert_allclose(after, before, rtol=1e-5, atol=1e-5, err_msg=name)
     assert again.first_rotor_spin == preset.first_rotor_spin
     alpha = RNG.uniform(-1, 1, (20, 4))
-    expected = Geometry.of_vehicle(preset)
-    np.testing.assert_allclose(
-        found.geometry.level_matrix(alpha), expected.level_matrix(alpha), atol=1e-9
-    )
+    expected = Geometry.of_vehicle(preset).level_matrix(alpha)
+    np.testing.assert_allclose(model.geometry.level_matrix(alpha), expected, atol=1e-9)
 
 
 # -- PX4
@@ -193,69 +152,43 @@ QUAD = {
 
 
 def parameters(
-    places: dict[tuple[float, float], float],
-    toward: list[int] | list[float],
-    **more: float,
+    places: dict[tuple[float, float], float], toward: list[float], **more: float
 ) -> str:
     """Return parameters as QGroundControl saves them; `toward` are the tilt directions [°]."""
-    stated: dict[str, float] = {
-        "CA_ROTOR_COUNT": len(places),
-        "CA_SV_TL_COUNT": len(toward),
-    }
+    stated = {"CA_ROTOR_COUNT": len(places), "CA_SV_TL_COUNT": len(toward)} | more
     for k, ((x, y), drag) in enumerate(places.items()):
-        stated |= {
-            f"CA_ROTOR{k}_PX": x,
-            f"CA_ROTOR{k}_PY": y,
-            f"CA_ROTOR{k}_PZ": -0.02,
-            f"CA_ROTOR{k}_KM": drag,
-        }
+        rotor = {"PX": x, "PY": y, "PZ": -0.02, "KM": drag}
         if k < len(toward):
-            stated |= {
-                f"CA_ROTOR{k}_TILT": k + 1,
-                f"CA_SV_TL{k}_TD": toward[k],
-                f"CA_SV_TL{k}_MINA": -60,
-            }
-    return "# Onboard parameters\n" + "\n".join(
-        f"1\t1\t{name}\t{value}\t9" for name, value in (stated | more).items()
-    )
+            rotor["TILT"] = k + 1
+            stated = {f"CA_SV_TL{k}_TD": toward[k], f"CA_SV_TL{k}_MINA": -60} | stated
+        stated = {
+            f"CA_ROTOR{k}_{name}": value for name, value in rotor.items()
+        } | stated
+    lines = [f"1\t1\t{name}\t{value}\t9" for name, value in stated.items()]
+    return "\n".join(["# Onboard parameters", *lines])
 
 
 def test_px4_geometry_is_that_of_its_source(tmp_path: Path) -> None:
-    places = {
-        tuple(place): drag
-        for place, drag in zip(
-            RNG.normal(size=(6, 2)).tolist(), RNG.normal(size=6), strict=True
-        )
-    }
-    toward = [0, 90, 200, 315]
-    (tmp_path / "hexa.params").write_text(
-        parameters(places, toward, CA_ROTOR5_AX=0.3, CA_ROTOR5_AZ=-0.5)
-    )
-    geometry = read_description(tmp_path / "hexa.params").geometry
+    """ActuatorEffectivenessRotors::tiltedAxis and computeEffectivenessMatrix, per thrust."""
+    places = {(x, y): drag for x, y, drag in RNG.normal(size=(6, 3)).tolist()}
+    toward = [0.0, 90.0, 200.0, 315.0]
+    path = tmp_path / "hexa.params"
+    path.write_text(parameters(places, toward, CA_ROTOR5_AX=0.3, CA_ROTOR5_AZ=-0.5))
+    geometry = read_description(path).geometry
     np.testing.assert_allclose(np.degrees(geometry.tilt_range[:4]), [[-60, 90]] * 4)
     alpha = RNG.uniform(-1, 1, 6)
+    forces, moments = geometry.force_matrix(alpha), geometry.moment_matrix(alpha)
     to_ours = np.diag([1.0, -1.0, -1.0])
     for k, ((x, y), drag) in enumerate(places.items()):
-        axis = (
-            np.array([0.3, 0, -0.5]) / math.hypot(0.3, 0.5)
-            if k == 5
-            else np.array([0, 0, -1.0])
-        )
-        if (
-            k < 4
-        ):  # ActuatorEffectivenessRotors::tiltedAxis: Dcmf{Eulerf{0, -tilt_angle, tilt_direction}} * (0, 0, -1)
-            axis = Rotation.from_euler(
-                "ZYX", [math.radians(toward[k]), -alpha[k], 0]
-            ).apply(axis)
-        moment = (
-            np.cross([x, y, -0.02], axis) - drag * axis
-        )  # computeEffectivenessMatrix, per thrust
-        np.testing.assert_allclose(
-            geometry.force_matrix(alpha)[:, k], to_ours @ axis, atol=1e-11
-        )
-        np.testing.assert_allclose(
-            geometry.moment_matrix(alpha)[:, k], to_ours @ moment, atol=1e-11
-        )
+        axis = np.array([0.0, 0.0, -1.0])
+        if k < 4:
+            turned = Rotation.from_euler("ZY", [math.radians(toward[k]), -alpha[k]])
+            axis = turned.apply(axis)
+        if k == 5:
+            axis = np.array([0.3, 0, -0.5]) / math.hypot(0.3, 0.5)
+        moment = np.cross([x, y, -0.02], axis) - drag * axis
+        np.testing.assert_allclose(forces[:, k], to_ours @ axis, atol=1e-11)
+        np.testing.assert_allclose(moments[:, k], to_ours @ moment, atol=1e-11)
 
 
 def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
@@ -481,12 +414,12 @@ def test_bad_input_is_one_line(run: Any, command: str) -> None:
         "text.xml": "no XML at all",
         "broken.urdf": "<robot><link",
         "armless.urdf": urdf(0),
-        "zero.urdf": urdf(limits="0 0"),
+        "zero.urdf": urdf(low=0, high=0),
         "nan.params": good.replace("CA_SV_TL0_MINA\t-60", "CA_SV_TL0_MINA\tnan"),
         "comma.params": good.replace("CA_ROTOR0_PX\t0.15", "CA_ROTOR0_PX\t0,15"),
         "word.params": good.replace("CA_ROTOR_COUNT\t4", "CA_ROTOR_COUNT\tfour"),
         "equals.params": "CA_ROTOR_COUNT = 4",
-        "empty.urdf": urdf(limits="1 -1"),
+        "empty.urdf": urdf(low=1, high=-1),
         "good.params": good,
         "range.params": parameters(QUAD, [135, 315, 45, 225], CA_SV_TL0_MAXA=-70),
         "none.params": "1 1 CA_ROTOR0_PX 0.1 9",
