@@ -382,7 +382,10 @@ def test_arrays_of_other_kinds_are_read() -> None:
         "alpha3": np.array([0.5, 1], dtype=np.float32),
         "alpha4": np.array([-0.5, -1], dtype=np.float16),
     }
-    more = {".npz": {"note": np.zeros((2, 2))}, ".mat": {"fs": 1.0, "run": {"a": 1.0}}}
+    more: dict[str, Any] = {
+        ".npz": {"note": np.zeros((2, 2))},
+        ".mat": {"fs": 1.0, "run": {"a": 1.0}},
+    }
     for suffix, others in more.items():
         path = write_columns(suffix, columns | others | {"color": "red"})
         table = read_table(path)

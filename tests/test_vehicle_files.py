@@ -7,7 +7,7 @@ import math
 import shlex
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -18,6 +18,9 @@ from gaitgraph.flight.vehicle_files import read_description
 from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
 from gaitgraph.validation.any_rotors import validate_geometry
 from gaitgraph.vehicle import preset_names, vehicle_named
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 pytest.importorskip("mujoco")
 RNG = np.random.default_rng(5)
@@ -152,7 +155,7 @@ QUAD = {
 
 
 def parameters(
-    places: dict[tuple[float, float], float], toward: list[float], **more: float
+    places: dict[tuple[float, float], float], toward: Sequence[float], **more: float
 ) -> str:
     """Return parameters as QGroundControl saves them; `toward` are the tilt directions [°]."""
     stated = {"CA_ROTOR_COUNT": len(places), "CA_SV_TL_COUNT": len(toward)} | more
