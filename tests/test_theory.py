@@ -13,6 +13,7 @@ from matplotlib.testing.compare import compare_images
 
 import gaitgraph as gg
 from gaitgraph.surface.sheets import sheet_angles
+from tests.published import GAITS
 
 IMAGES = Path(__file__).parent.parent / "docs" / "images"
 EXACT = gg.invertibility.coefficients_of(kind="exact")
@@ -54,6 +55,16 @@ def test_the_published_R_on_blue_is_a_line_in_two_cosines() -> None:
     R_on_blue = gg.invertibility.level_determinant(wrapped, PUBLISHED)
     assert R_on_blue.min() == pytest.approx(-4.34e-4, abs=5e-7)
     assert R_on_blue.max() == pytest.approx(2.11e-4, abs=5e-7)
+
+
+def test_printed_blue_vertices_have_R_above_zero() -> None:
+    """Section 7: seven of eight, by (6) corrected."""
+    blue = [
+        (*plane, *printed)
+        for gait in GAITS[:2]
+        for plane, printed in zip(gait.angles, gait.printed, strict=True)
+    ]
+    assert (gg.invertibility.level_determinant(blue, PUBLISHED) > 0).sum() == 7
 
 
 def test_the_areas_of_the_seven_regions() -> None:
