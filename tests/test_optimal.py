@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-import re
-from functools import partial
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,93 +22,52 @@ from gaitgraph.optimization import optimize
 from gaitgraph.optimization.least_effort import (
     LeastEffort,
     SmoothLoop,
-    basis_rows,
     control_points_along,
 )
-from gaitgraph.optimization.optimize import (
-    CLEARANCE,
-    highest_level,
-    level_region,
-)
+from gaitgraph.optimization.optimize import CLEARANCE, highest_level, level_region
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Discs, Zones, component_meeting
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
+from tests.published import GAITS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-optimal_gait: Any = (
-    optimize.optimal_gait
-)  # it finds a gait here, which types cannot know
-reserve_gait: Any = partial(optimal_gait, objective="hover_reserve", sign="negative")
-
-EIGHTH = math.pi / 8
-SQUARE = [
-    (3 * EIGHTH, -3 * EIGHTH),
-    (3 * EIGHTH, -EIGHTH),
-    (EIGHTH, -EIGHTH),
-    (EIGHTH, -3 * EIGHTH),
-]
+# It finds a gait here, which types cannot know.
+optimal_gait: Any = optimize.optimal_gait
+SQUARE = GAITS[2].angles
 
 
-def discs_of(centers: Any, radius: float) -> Discs:
-    return Discs(
-        centers=np.array(centers, dtype=float), radii=np.full(len(centers), radius)
-    )
+def discs_of(centers: Any, radius: Any) -> Discs:
+    return Discs(np.array(centers, dtype=float), np.broadcast_to(radius, len(centers)))
 
 
 def plane_of(found: Any, count: int = 4001) -> np.ndarray:
     return np.asarray(found.curve.at(np.linspace(0, found.period, count))[:, :2])
 
 
-# Splines
-
-
-def test_control_points_run_along_a_polygon() -> None:
-    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.5], [0.0, 0.5]])
-    points, knots = control_points_along(corners, 30)
-    assert len(points) == 30
-    np.testing.assert_allclose(basis_rows(knots, 30) @ points, corners, atol=1e-15)
-    on_it = shapely.points(basis_rows(np.linspace(0, 30, 500), 30) @ points)
-    assert shapely.distance(shapely.LinearRing(corners), on_it).max() < 1e-14
-    # Three for each corner are the least; more go to long sides.
-    for pieces, expected in (
-        (3, [0, 3, 6, 9]),
-        (14, [0, 4, 7, 11]),
-        (30, [0, 12, 15, 27]),
-    ):
-        assert control_points_along(corners, pieces)[1].tolist() == expected
-
-
-# Cells
+# -- Splines, cells and levels
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_cells_stay_inside_the_polygon(seed: int) -> None:
+def test_cells_hold_their_hulls_and_stay_inside_the_polygon(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    angles = np.sort(rng.uniform(0, 2 * math.pi, 25))
-    outline = shapely.Polygon(
-        np.column_stack([np.cos(angles), np.sin(angles)])
-        * rng.uniform(0.6, 1.4, (25, 1))
+    turn = np.sort(rng.uniform(0, 2 * math.pi, 25))
+    reach = rng.uniform(0.6, 1.4, (25, 1))
+    outline = np.column_stack([np.cos(turn), np.sin(turn)]) * reach
+    holes = shapely.buffer(
+        shapely.points(rng.uniform(-0.6, 0.6, (4, 2))), 0.1, quad_segs=4
     )
-    holes = [
-        shapely.Point(*rng.uniform(-0.6, 0.6, 2)).buffer(
-            rng.uniform(0.03, 0.2), quad_segs=4
-        )
-        for _ in range(4)
-    ]
-    polygon = max(
-        shapely.get_parts(outline.buffer(0) - shapely.union_all(holes)),
-        key=lambda part: part.area,
+    parts: Any = shapely.get_parts(
+        shapely.Polygon(outline).buffer(0) - shapely.union_all(holes)
     )
-    clearance = 1e-3
-    seeds = rng.uniform(-1, 1, (400, 2))
-    hulls = seeds[:, None, :] + rng.normal(scale=0.03, size=(400, 4, 2))
+    polygon = parts[np.argmax(shapely.area(parts))]
+    hulls = rng.uniform(-1, 1, (400, 1, 2)) + rng.normal(scale=0.03, size=(400, 4, 2))
     shapes = shapely.convex_hull(shapely.multipoints(hulls))
-    hulls = hulls[shapely.covers(polygon.buffer(-2 * clearance), shapes)]
+    hulls = hulls[shapely.covers(polygon.buffer(-2e-3), shapes)]
+    cells = LeastEffort(polygon, discs_of([(0, 0)], 0.1), 1e-3).cells(hulls, 0.3)
     assert len(hulls) > 20
-    cells = LeastEffort(polygon, discs_of([(0, 0)], 0.1), clearance).cells(hulls, 0.3)
     for number, hull in enumerate(hulls):
         own = cells.piece == number
         normals, offsets = cells.normals[own], cells.offsets[own]
@@ -117,307 +75,154 @@ def test_cells_stay_inside_the_polygon(seed: int) -> None:
         tried = hull.mean(axis=0) + rng.uniform(-0.5, 0.5, (300, 2))
         inside = shapely.points(tried[(tried @ normals.T <= offsets).all(axis=1)])
         assert shapely.covers(polygon, inside).all()
-        assert np.min(
-            shapely.distance(polygon.boundary, inside), initial=1.0
-        ) >= clearance * (1 - 1e-9)
-
-
-# Levels
+        away = shapely.distance(polygon.boundary, inside)
+        assert np.min(away, initial=1.0) >= 1e-3 * (1 - 1e-9)
 
 
 def test_highest_level_is_that_of_the_pass_between_obstacles() -> None:
     """Two discs of high level, joined only through a gate where the level is lower; cells of a grid are joined too."""
     walls = [
-        shapely.box(*box).exterior.coords[:-1]
-        for box in ((-1.57, 0.6, -1.3, 0.7), (-1.25, 0.6, 0.2, 0.7))
+        shapely.box(left, 0.6, right, 0.7).exterior.coords[:-1]
+        for left, right in ((-1.57, -1.3), (-1.25, 0.2))
     ]
-    region = admissible_region(
-        PAPER, sign="positive", floor=0.05, zones=Zones(keep_out=walls)
-    )
+    zones = Zones(keep_out=walls)
+    region = admissible_region(PAPER, sign="positive", floor=0.05, zones=zones)
     discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
     lower, upper = highest_level(region, "singular_value", discs, PAPER)
     assert 0 < lower <= upper <= lower * (1 + 1e-3)
-    a1, a2 = np.meshgrid(
-        np.linspace(-1.57, 0.2, 401), np.linspace(0.0, 1.57, 401), indexing="ij"
+    axes = np.linspace(-1.57, 0.2, 401), np.linspace(0.0, 1.57, 401)
+    a1, a2 = np.meshgrid(*axes, indexing="ij")
+    usable = region.contains(np.stack([a1, a2], axis=-1).reshape(-1, 2))
+    height = np.where(
+        usable.reshape(a1.shape), least_singular_value_on_red(a1, a2), 0.0
     )
-    usable = region.contains(np.column_stack([a1.ravel(), a2.ravel()])).reshape(
-        a1.shape
-    )
-    height = np.where(usable, least_singular_value_on_red(a1, a2), -np.inf)
-    masks = [
-        np.hypot(a1 - x, a2 - y) <= r
-        for (x, y), r in zip(discs.centers, discs.radii, strict=True)
-    ]
-    assert upper < min(height[mask].max() for mask in masks) - 0.005
+    first, second = (np.hypot(a1 - x, a2 - y) <= 0.05 for x, y in discs.centers)
     for level, joined in ((upper * 0.98, True), (upper * 1.001, False)):
         labels, _ = ndimage.label(height >= level, structure=np.ones((3, 3)))
-        assert bool(set(labels[masks[0]]) & set(labels[masks[1]]) - {0}) == joined
+        shared = set(labels[first]) & set(labels[second]) - {0}
+        assert bool(shared) is joined
 
 
-# Results
+# -- Results
 
 
-@pytest.fixture(scope="module")
-def robust() -> Any:
-    return optimal_gait(SQUARE, radius=0.1, sign="negative", pieces=32)
+BLOCK = shapely.box(0.6, -0.95, 0.95, -0.3)
+WEAK = PAPER.replace(max_thrust=0.6 * 0.429 * 9.8)
+CASES: dict[str, tuple[Any, dict[str, Any]]] = {
+    "robust": (SQUARE, {"pieces": 32}),
+    "reserve": (SQUARE, {"pieces": 32, "period": 2.0, "objective": "hover_reserve"}),
+    "points": (SQUARE, {"pieces": 24, "radius": 0}),
+    "block": (
+        SQUARE[:3],
+        {"radius": [0.05, 0.05, 0.0], "keep_out": [BLOCK.exterior.coords[:-1]]},
+    ),
+    # The first and the last disc are passed in one point.
+    "seam": ([(-0.9, 0.8), (-0.5, 1.0), (-0.1, 0.6), (-0.9, 1.0)], {"radius": 0.3}),
+    "weak": (
+        [(-0.5, 0.4), (-0.8, 0.9)],
+        {"vehicle": WEAK, "objective": "hover_reserve", "radius": 0.05, "pieces": 16},
+    ),
+    # Waypoints that repeat are merged, and the smaller radius counts.
+    "merged": (
+        [(-0.2, 0.2), (-0.2, 0.2), (-0.6, 0.6), (-0.2, 0.2)],
+        {"radius": [0.1, 0.05, 0.1, 0.02], "pieces": 8},
+    ),
+    # A disc whose whole path is its nearest point.
+    "one": (
+        [(0.5939018424423272, -1.4776767733718355)],
+        {
+            "radius": 0.3,
+            "objective": "hover_reserve",
+            "vehicle": Vehicle(drag_ratio=0.21066889195787053),
+        },
+    ),
+    "shared": ([(-0.6, 0.5), (-0.6, 0.45)], {"radius": 0.2, "pieces": 8}),
+}
 
 
-@pytest.fixture(scope="module")
-def reserve() -> Any:
-    return reserve_gait(SQUARE, radius=0.1, period=2.0, pieces=32)
+@cache
+def found_in(name: str) -> Any:
+    points, options = CASES[name]
+    return optimal_gait(points, **options)
 
 
-def test_the_worst_case_is_the_best_of_all_loops(robust: Any) -> None:
-    assert robust
-    sampled = least_singular_value(robust.curve.at(np.linspace(0, 1, 3000)))
-    assert robust.value - 1e-9 <= sampled.min() <= robust.value + 1e-3
-    assert robust.value <= robust.bound <= robust.value * (1 + 2e-3)
-    # No loop is better than the best point of its worst disc.
-    best = []
-    for x, y in SQUARE:
-        turn, reach = np.meshgrid(
-            np.linspace(0, 2 * math.pi, 721), np.linspace(0, 0.1, 41)
-        )
-        best.append(
-            least_singular_value_on_red(
-                x + reach * np.cos(turn), y + reach * np.sin(turn)
-            ).max()
-        )
-    assert robust.bound == pytest.approx(min(best), abs=1e-4)
-
-
-@pytest.mark.parametrize("name", ["robust", "reserve"])
-def test_a_found_gait_holds_between_samples(
-    name: str, request: pytest.FixtureRequest
-) -> None:
-    found: Any = request.getfixturevalue(name)
+@pytest.mark.parametrize("name", CASES)
+def test_a_found_gait_holds_between_samples(name: str) -> None:
+    found, (_, options) = found_in(name), CASES[name]
+    vehicle = options.get("vehicle", PAPER)
     assert found.report.flyable
-    assert found.gait.check().flyable
-    assert (
-        shapely.distance(
-            shapely.LinearRing(found.gait.alpha[:, :2]), shapely.points(plane_of(found))
-        ).max()
-        <= 1e-4
-    )
-    assert admissible_region(PAPER, sign="negative").contains(plane_of(found)).all()
-    passes = found.curve.at(found.times)[:, :2]
-    assert np.linalg.norm(passes - np.array(SQUARE), axis=1).max() <= 0.1 + 1e-9
-    assert found.violation <= 1e-9
-    assert found.stationarity < 1e-5
+    region = admissible_region(vehicle, sign=found.sign)
+    assert region.contains(plane_of(found)).all()
+    # What is kept is certain, near what is sampled, and near the bound of all loops.
+    alpha = found.curve.at(np.linspace(0, found.period, 3000))
+    values = least_singular_value(alpha, vehicle)
+    if found.objective == "hover_reserve":
+        values = hover_thrust_shares(alpha, vehicle)
+        values = np.minimum(values, (vehicle.thrust_share or 99) - values)
+    assert found.value - 1e-9 <= values.min() <= found.value + 1e-3
+    assert 0.995 * found.bound <= found.value <= found.bound
+    # The discs are passed in order.
+    passed = found.curve.at(found.times)
+    np.testing.assert_allclose(passed, found.passed, atol=1e-12)
+    misses = np.linalg.norm(passed[:, :2] - found.waypoints, axis=1) - found.radius
+    assert misses.max() <= 1e-9
     assert (np.diff(found.times) > 0).all()
+    # The effort is that of the rates, and falls from loop to loop.
     rates = found.curve.at(np.linspace(0, found.period, 20_001), 1)
     effort = np.trapezoid((rates**2).sum(axis=1), dx=found.period / 20_000)
-    assert effort == pytest.approx(found.effort, rel=1e-6)
+    assert found.effort == pytest.approx(effort, rel=1e-6, abs=1e-12)
     assert list(found.history) == sorted(found.history, reverse=True)
-    assert found.history[-1] == pytest.approx(found.effort)
+    assert found.stationarity < 1e-5
+    line = shapely.LinearRing(found.gait.alpha[:, :2].repeat(2, axis=0))
+    assert shapely.distance(line, shapely.points(plane_of(found))).max() <= 1e-4
 
 
-def test_effort_scales_with_the_period_and_again_is_the_same(reserve: Any) -> None:
-    again, slower = (
-        reserve_gait(SQUARE, radius=0.1, period=period, pieces=32)
-        for period in (2.0, 4.0)
-    )
+def test_the_bound_is_the_best_point_of_the_worst_disc() -> None:
+    turn, share = np.meshgrid(np.linspace(0, 2 * math.pi, 721), np.linspace(0, 0.1, 41))
+    best = [
+        least_singular_value_on_red(x + share * np.cos(turn), y + share * np.sin(turn))
+        for x, y in SQUARE
+    ]
+    expected = min(values.max() for values in best)
+    assert found_in("robust").bound == pytest.approx(expected, abs=1e-4)
+
+
+def test_what_binds_a_gait_is_named() -> None:
+    assert found_in("points").active == tuple(f"waypoint {k}" for k in (1, 2, 3, 4))
+    away = shapely.distance(BLOCK, shapely.LineString(plane_of(found_in("block"))))
+    assert 0 < away < 0.02
+    assert found_in("block").active[-1].startswith("the kept level, or the border")
+    still = found_in("shared")
+    assert (still.effort, still.active, still.times.tolist()) == (0, (), [0, 0.5])
+    merged = found_in("merged")
+    assert merged.radius.tolist() == [0.02, 0.1]
+    assert any("merged 2 waypoints" in warning for warning in merged.warnings)
+
+
+def test_the_same_is_asked_again_and_slower() -> None:
+    points, options = CASES["reserve"]
+    reserve, again = found_in("reserve"), optimal_gait(points, **options)
+    slower = optimal_gait(points, **{**options, "period": 4.0})
     assert json.dumps(again.as_mapping()) == json.dumps(reserve.as_mapping())
     assert slower.value == reserve.value
     assert slower.effort == pytest.approx(reserve.effort / 2, rel=1e-6)
     # The Cauchy–Schwarz inequality, which is sharp at constant speed.
-    at_constant_speed = 2 * reserve.curve.length**2 / 2.0
-    assert at_constant_speed < reserve.effort < 1.05 * at_constant_speed
-
-
-def square_problem() -> tuple[LeastEffort, SmoothLoop]:
-    discs = discs_of(SQUARE, 0.1)
-    within: Any = component_meeting(
-        admissible_region(PAPER, sign="negative").inner, discs
-    )
-    points, knots = control_points_along(np.array(SQUARE), 32)
-    return LeastEffort(within, discs, CLEARANCE), SmoothLoop(
-        points=points, passes=knots.astype(float)
-    )
-
-
-def test_a_programme_gives_the_best_loop_in_its_cells() -> None:
-    problem, start = square_problem()
-    program, rng = problem.program(start, 0.2), np.random.default_rng(5)
-    best: Any = program.projected(0.0)
-    assert problem.keeps_inside(best)
-    assert not problem.keeps_inside(
-        SmoothLoop(points=best.points + 3, passes=best.passes)
-    )
-    assert problem.discs.misses(best.passed()) <= 1e-9
-    for size in (
-        0.0,
-        *[3e-2] * 30,
-    ):  # no step towards another loop in the cells and discs is better
-        other = SmoothLoop(
-            points=start.points + rng.normal(size=(32, 2)) * size, passes=start.passes
-        )
-        assert (
-            program.offsets
-            >= np.sum(program.normals * (program.rows @ other.points), axis=1)
-        ).all()
-        assert problem.discs.misses(other.passed()) < -5e-3
-        step = SmoothLoop(
-            points=best.points + 1e-4 * (other.points - best.points), passes=best.passes
-        )
-        assert step.effort >= best.effort * (1 - 1e-9)
-
-
-def test_each_loop_on_the_way_is_the_best_in_its_cells() -> None:
-    """Their efforts are those of convex problems, each with one answer; discs of all kinds are passed in order."""
-    centers = np.array([(1.2, -1.2), (1.2, -0.4), (1.1, -0.35), (0.4, -0.4)])
-    discs = Discs(centers=centers, radii=np.array([0.05, 0.02, 0.0, 0.1]))
-    problem = LeastEffort(square_problem()[0].polygon, discs, CLEARANCE)
-    points, knots = control_points_along(centers, 24)
-    expected = [
-        10.26325000,
-        6.591767577,
-        6.220517558,
-        6.211068983,
-        6.206025232,
-        6.202684685,
-        6.184999340,
-        6.183333632,
-    ]
-    for seed in range(4):  # moved by rounding, as other processors do
-        start = points * (
-            1 + np.random.default_rng(seed).uniform(-2e-16, 2e-16, points.shape)
-        )
-        loop, history = problem.solve(
-            SmoothLoop(points=start, passes=knots.astype(float))
-        )
-        assert history[:8] == pytest.approx(expected, rel=1e-6)
-        assert history[-1] == pytest.approx(6.174707806, rel=1e-6)
-    residual, held, by_border = problem.program(loop).stationarity()
-    assert (residual < 1e-6, held, by_border) == (True, (0, 1, 2, 3), False)
-    even: Any = problem.evened(loop)
-    assert problem.evened(SmoothLoop(points=0 * points, passes=loop.passes)) is None
-    program: Any = problem.program(even, 0.2)
-    program.bounds *= 1e-2  # no pass moves by more than 0.9 of its bounds
-    moved = (program.projected(10.0).passes - even.passes)[1:]
-    most = 0.9 * program.unit * np.abs(program.bounds.T)
-    assert (np.abs(moved) <= np.where(moved > 0, most[1], most[0]) * (1 + 1e-9)).all()
-
-
-def test_no_small_change_needs_less_effort() -> None:
-    problem, start = square_problem()
-    discs = problem.discs
-    loop, history = problem.solve(start)
-    assert history == sorted(history, reverse=True)
-    rng = np.random.default_rng(4)
-    tried = 0
-    for _ in range(2000):
-        step = rng.normal(size=loop.points.shape) * 10.0 ** rng.uniform(-5, -2)
-        # Slow changes, so that they are not all lost to roughness.
-        step = np.fft.ifft(
-            np.fft.fft(step, axis=0) * (np.abs(np.fft.fftfreq(32)) < 0.15)[:, None],
-            axis=0,
-        ).real
-        moved = np.concatenate(
-            [[0.0], np.sort(loop.passes[1:] + rng.normal(size=3) * 0.1)]
-        )
-        other = SmoothLoop(points=loop.points + step, passes=moved)
-        if discs.misses(other.passed()) <= 0 and problem.keeps_inside(other):
-            tried += 1
-            assert other.effort >= loop.effort * (1 - 1e-7)
-    assert tried > 5
-
-
-def test_points_are_passed_exactly_and_more_pieces_need_less_effort() -> None:
-    few, many = (
-        optimal_gait(SQUARE, radius=0, pieces=pieces, sign="negative")
-        for pieces in (24, 48)
-    )
-    np.testing.assert_allclose(many.passed[:, :2], SQUARE, atol=1e-12)
-    assert many.stationarity < 1e-9
-    assert many.active == tuple(f"waypoint {number}" for number in (1, 2, 3, 4))
+    constant = 2 * reserve.curve.length**2 / 2.0
+    assert constant < reserve.effort < 1.05 * constant
+    many = optimal_gait(SQUARE, radius=0, pieces=48)
     least = 2 * math.pi**2  # that of the square itself at constant speed
-    assert 0 < many.effort - least < (few.effort - least) / 1.5
-
-
-def test_a_loop_bends_around_an_obstacle() -> None:
-    block = shapely.box(0.6, -0.95, 0.95, -0.3)
-    found = optimal_gait(
-        SQUARE[:3],
-        sign="negative",
-        radius=[0.05, 0.05, 0.0],
-        keep_out=[list(block.exterior.coords)[:-1]],
-    )
-    assert 0 < shapely.distance(block, shapely.LineString(plane_of(found))) < 0.02
-    assert found.active == (
-        "waypoint 1",
-        "waypoint 2",
-        "waypoint 3",
-        "the kept level, or the border of the flyable region",
-    )
-    assert found.stationarity < 1e-6
-
-
-def test_the_first_and_the_last_disc_may_be_passed_in_one_point() -> None:
-    found = optimal_gait(
-        [(-0.9, 0.8), (-0.5, 1.0), (-0.1, 0.6), (-0.9, 1.0)], radius=0.3
-    )
-    assert found.value == pytest.approx(0.8783, abs=1e-3)
-    assert found.violation <= 1e-9
+    assert 0 < many.effort - least < (found_in("points").effort - least) / 1.5
 
 
 def test_a_larger_concession_gives_a_calmer_gait() -> None:
     asked: Any = {"radius": 0.15, "sign": "positive", "pieces": 24}
     tight, loose = (
-        optimal_gait([(-1.2, 0.2), (-0.1, 1.2)], **asked, concession=part)
+        optimal_gait([(-1.2, 0.2), (-0.1, 1.2)], concession=part, **asked)
         for part in (1e-3, 0.1)
     )
     assert tight.value >= 0.998 * tight.bound
     assert 0.899 * loose.bound <= loose.value < 0.99 * tight.value
     assert loose.effort < tight.effort
-
-
-def test_hover_reserve_counts_both_limits() -> None:
-    discs = discs_of([(-0.5, 0.4), (-0.8, 0.9)], 0.05)
-    asked: Any = {
-        "radius": 0.05,
-        "objective": "hover_reserve",
-        "sign": "positive",
-        "pieces": 16,
-    }
-    free = optimal_gait(discs.centers, **asked)
-    shares = hover_thrust_shares(free.curve.at(np.linspace(0, 1, 2000)))
-    assert shares.min() == pytest.approx(free.value, abs=1e-3)
-    limited = PAPER.replace(max_thrust=0.6 * 0.429 * 9.8)
-    found = optimal_gait(discs.centers, **asked, vehicle=limited)
-    shares = hover_thrust_shares(found.curve.at(np.linspace(0, 1, 2000)))
-    reserve = min(shares.min(), 0.6 - shares.max())
-    assert found.value - 1e-9 <= reserve <= found.bound + 1e-6
-    assert found.value > 0.995 * found.bound
-    assert found.bound <= 0.3
-    level = level_region("hover_reserve", found.bound * 1.001, limited).outer
-    assert component_meeting(level, discs) is None
-    with pytest.raises(MissingConstant):
-        optimal_gait(
-            [(0, 0)],
-            objective="hover_reserve",
-            vehicle=Vehicle(drag_ratio=0.1, max_thrust=1.0),
-        )
-
-
-def test_discs_that_share_a_point_are_a_gait_that_stands_still() -> None:
-    asked: Any = {"radius": 0.2, "sign": "positive", "pieces": 8}
-    found = optimal_gait([(-0.6, 0.5), (-0.6, 0.45)], **asked)
-    assert (found.effort, np.ptp(plane_of(found), axis=0).max()) == (0, 0)
-    assert found.report.flyable
-    assert ("active constraints: none" in str(found), found.times.tolist()) == (
-        True,
-        [0, 0.5],
-    )
-    x, y = plane_of(found, 2)[0]
-    assert max(math.hypot(x + 0.6, y - 0.5), math.hypot(x + 0.6, y - 0.45)) <= 0.2
-    turn, reach = np.meshgrid(np.linspace(0, 2 * math.pi, 361), np.linspace(0, 0.2, 81))
-    a1, a2 = -0.6 + reach * np.cos(turn), 0.5 + reach * np.sin(turn)
-    best = least_singular_value_on_red(a1, a2)[
-        np.hypot(a1 + 0.6, a2 - 0.45) <= 0.2
-    ].max()
-    assert found.value == pytest.approx(best, rel=5e-3)
-    assert found.bound >= best - 1e-12
 
 
 @pytest.mark.parametrize(("count", "pieces"), [(1, 36), (4, 48), (25, 240)])
@@ -427,102 +232,152 @@ def test_there_are_so_many_pieces_by_default(count: int, pieces: int) -> None:
     assert len(found.curve.breaks) == pieces + 1
 
 
-def test_answers_that_are_no() -> None:
-    far = optimal_gait([(1.2, 1.2)], sign="positive")
-    assert (bool(far), far.status, far.as_mapping()["path"]) == (
+def test_rates_are_judged_along_the_curve() -> None:
+    names = ("tilt_rate", "tilt_acceleration", "tilt_jerk")
+    quick = PAPER.replace(**dict.fromkeys((f"max_{name}" for name in names), 1.0))
+    asked: Any = {"vehicle": quick, "radius": 0, "pieces": 24, "sign": "negative"}
+    found = optimal_gait(SQUARE, **asked)
+    broken = {check.name for check in found.report.checks if not check.ok}
+    assert broken == set(names)
+    t = np.linspace(0, 1, 50_001)
+    for order, name in enumerate(names, start=1):
+        peaks = np.abs(found.curve.at(t, order)).max(axis=0)
+        np.testing.assert_allclose(found.timed().peaks(order), peaks, rtol=1e-3)
+        assert found.report[name].value == pytest.approx(peaks.max(), rel=1e-3)
+        slower = found.timed().with_period(2.0).peaks(order)
+        np.testing.assert_allclose(slower, peaks / 2**order, rtol=1e-3)
+    assert optimal_gait(SQUARE, period=90.0, **asked).report.flyable
+
+
+def test_tables_and_json_are_read_again(tmp_path: Path) -> None:
+    found = found_in("reserve")
+    table = found.table(samples=200)
+    assert (table.alpha[0] == table.alpha[-1]).all()
+    slopes = np.gradient(table["alpha1"], table["t"])[1:-1]
+    np.testing.assert_allclose(table["alpha1_rate"][1:-1], slopes, atol=0.02)
+    (tmp_path / "gait.json").write_text(json.dumps(found.as_mapping()))
+    assert validate(tmp_path / "gait.json").flyable
+    assert f"any gait through these discs has at most {found.bound:.4f}" in str(found)
+
+
+def test_a_deadline_ends_the_improvement_of_a_gait_and_says_so() -> None:
+    discs = GAITS[3].angles
+    late, whole = optimal_gait(discs, deadline=0.0), optimal_gait(discs)
+    assert late.report.flyable
+    assert late.value == pytest.approx(whole.value, rel=1e-2)
+    assert late.effort > whole.effort
+    assert any("the deadline passed" in warning for warning in late.warnings)
+
+
+# -- The search for the least effort
+
+
+def square_problem() -> tuple[LeastEffort, SmoothLoop]:
+    discs = discs_of(SQUARE, 0.1)
+    region = admissible_region(PAPER, sign="negative")
+    within: Any = component_meeting(region.inner, discs)
+    points, knots = control_points_along(np.array(SQUARE), 32)
+    loop = SmoothLoop(points=points, passes=knots.astype(float))
+    return LeastEffort(within, discs, CLEARANCE), loop
+
+
+def test_each_loop_on_the_way_is_the_best_in_its_cells() -> None:
+    """Their efforts are those of convex problems, each with one answer; discs of all kinds are passed in order."""
+    centers = [(1.2, -1.2), (1.2, -0.4), (1.1, -0.35), (0.4, -0.4)]
+    discs = discs_of(centers, [0.05, 0.02, 0.0, 0.1])
+    problem = LeastEffort(square_problem()[0].polygon, discs, CLEARANCE)
+    points, knots = control_points_along(np.array(centers), 24)
+    expected = [
+        10.26325,
+        6.591767577,
+        6.220517558,
+        6.211068983,
+        6.206025232,
+        6.202684685,
+        6.184999340,
+        6.183333632,
+    ]
+    for seed in range(2):  # moved by rounding, as other processors do
+        noise = np.random.default_rng(seed).uniform(-2e-16, 2e-16, points.shape)
+        start = SmoothLoop(points=points * (1 + noise), passes=knots.astype(float))
+        loop, history = problem.solve(start)
+        assert history[:8] == pytest.approx(expected, rel=1e-6)
+        assert history[-1] == pytest.approx(6.174707806, rel=1e-6)
+    residual, held, by_border = problem.program(loop).stationarity()
+    assert (residual < 1e-6, held, by_border) == (True, (0, 1, 2, 3), False)
+    even: Any = problem.evened(loop)
+    still = SmoothLoop(points=0 * points, passes=loop.passes)
+    assert problem.evened(still) is None
+    program: Any = problem.program(even, 0.2)
+    program.bounds *= 1e-2  # no pass moves by more than 0.9 of its bounds
+    moved = (program.projected(10.0).passes - even.passes)[1:]
+    most = 0.9 * program.unit * np.abs(program.bounds.T)
+    assert (np.abs(moved) <= np.where(moved > 0, most[1], most[0]) * (1 + 1e-9)).all()
+
+
+def test_no_small_change_needs_less_effort() -> None:
+    problem, start = square_problem()
+    loop, _ = problem.solve(start)
+    rng = np.random.default_rng(4)
+    slow = np.abs(np.fft.fftfreq(32))[:, None] < 0.15  # not all are lost to roughness
+    tried = 0
+    for _ in range(2000):
+        noise = rng.normal(size=loop.points.shape) * 10.0 ** rng.uniform(-5, -2)
+        step = np.fft.ifft(np.fft.fft(noise, axis=0) * slow, axis=0).real
+        later = np.sort(loop.passes[1:] + rng.normal(size=3) * 0.1)
+        other = SmoothLoop(points=loop.points + step, passes=np.append(0.0, later))
+        if problem.discs.misses(other.passed()) <= 0 and problem.keeps_inside(other):
+            tried += 1
+            assert other.effort >= loop.effort * (1 - 1e-7)
+    assert tried > 5
+
+
+# -- Answers that are no
+
+
+@pytest.mark.parametrize(
+    ("points", "options", "told"),
+    [
+        ([(-0.2, 0.2), (0.8, -0.8)], {"radius": 0.05}, "R > 0: waypoint 2"),
+        ([(-0.2, 0.2), (0.8, -0.8)], {"radius": 0.05}, "R < 0: waypoint 1"),
+        (
+            [(-0.2, 0.4), (-1.0, 1.2)],
+            {
+                "sign": "positive",
+                "keep_in": [
+                    shapely.box(x, -x, x + 0.2, 0.2 - x).exterior.coords[:-1]
+                    for x in (-0.3, -1.1)
+                ],
+            },
+            "waypoints 1 and 2 lie in different parts",
+        ),
+        ([(0, 0)], {"floor": 2.0}, "of this vehicle is at most 1.1710"),
+    ],
+)
+def test_why_there_is_none(points: Any, options: Any, told: str) -> None:
+    none = optimal_gait(points, **options)
+    assert (bool(none), none.status, none.as_mapping()["path"]) == (
         False,
         "infeasible",
         [],
     )
-    nearest = admissible_region(PAPER, sign="positive").nearest((1.2, 1.2))
-    assert nearest is not None
-    told = f"({nearest[0]:.4f}, {nearest[1]:.4f}), is {math.dist(nearest, (1.2, 1.2)):.4f} rad away"
-    assert re.search(
-        rf"waypoint 1 .*; the nearest flyable point, {re.escape(told)}", str(far.reason)
-    )
+    assert told in str(none.reason)
     with pytest.raises(Infeasible):
-        far.table()
-    apart = optimal_gait([(-0.2, 0.2), (0.8, -0.8)], radius=0.05)
-    assert "R > 0: waypoint 2" in str(apart.reason)
-    assert "R < 0: waypoint 1" in str(apart.reason)
-    islands = [
-        list(shapely.box(x, -x, x + 0.2, 0.2 - x).exterior.coords)[:-1]
-        for x in (-0.3, -1.1)
-    ]
-    walled = optimal_gait([(-0.2, 0.4), (-1.0, 1.2)], sign="positive", keep_in=islands)
-    assert "waypoints 1 and 2 lie in different parts" in str(walled.reason)
-    assert "of this vehicle is at most 1.1710" in str(
-        optimal_gait([(0, 0)], floor=2.0, sign="positive").reason
-    )
+        none.table()
 
 
-def test_repeated_waypoints_are_merged_with_the_smaller_radius() -> None:
-    points = [(-0.2, 0.2), (-0.2, 0.2), (-0.6, 0.6), (-0.2, 0.2)]
-    found = reserve_gait(
-        points,
-        radius=[0.1, 0.05, 0.1, 0.02],
-        sign="positive",
-        pieces=8,
-        coefficients="exact",
-    )
-    assert found.curve.coefficients.kind == "exact"
-    assert found.radius.tolist() == [0.02, 0.1]
-    assert found.warnings == ("merged 2 waypoints that repeated the one before",)
+def test_a_disc_outside_is_told_the_nearest_place() -> None:
+    far = optimal_gait([(1.2, 1.2)], sign="positive")
+    nearest: Any = admissible_region(PAPER, sign="positive").nearest((1.2, 1.2))
+    away = math.dist(nearest, (1.2, 1.2))
+    told = f"({nearest[0]:.4f}, {nearest[1]:.4f}), is {away:.4f} rad away"
+    assert told in str(far.reason)
 
 
-def test_rates_are_judged_along_the_curve() -> None:
-    quick = PAPER.replace(
-        max_tilt_rate=1.0, max_tilt_acceleration=1.0, max_tilt_jerk=1.0
-    )
-    found = reserve_gait(SQUARE, vehicle=quick, radius=0, pieces=24)
-    assert not found.report.flyable
-    assert "tilt_rate" in [check.name for check in found.report.checks if not check.ok]
-    t = np.linspace(0, 1, 50_001)
-    for order, name in enumerate(
-        ("tilt_rate", "tilt_acceleration", "tilt_jerk"), start=1
-    ):
-        peaks = np.abs(found.curve.at(t, order)).max(axis=0)
-        np.testing.assert_allclose(found.timed().peaks(order), peaks, rtol=1e-3)
-        assert (
-            peaks.max() * (1 - 1e-12)
-            <= found.report[name].value
-            <= peaks.max() * (1 + 1e-3)
-        )
-    slow = reserve_gait(SQUARE, vehicle=quick, radius=0, pieces=24, period=90.0)
-    assert slow.report.flyable
-    assert slow.reason is None
-
-
-def test_tables_and_json_are_read_again(reserve: Any, tmp_path: Path) -> None:
-    table = reserve.table(samples=200)
-    assert (table.alpha[0] == table.alpha[-1]).all()
-    middle = (table["alpha1_rate"][1:] + table["alpha1_rate"][:-1]) / 2
-    np.testing.assert_allclose(
-        np.diff(table["alpha1"]) / np.diff(table["t"]), middle, atol=0.01
-    )
-    (tmp_path / "gait.json").write_text(json.dumps(reserve.as_mapping()))
-    assert validate(tmp_path / "gait.json").flyable
-    assert "any gait through these discs has at most" in str(reserve)
-
-
-def test_one_disc_whose_whole_path_is_its_nearest_point_is_answered() -> None:
-    found = optimize.optimal_gait(
-        [(0.5939018424423272, -1.4776767733718355)],
-        radius=0.3,
-        objective="hover_reserve",
-        vehicle=Vehicle(drag_ratio=0.21066889195787053),
-    )
-    assert found.status == "found"
-    assert validate(found).flyable
-
-
-def test_a_deadline_ends_the_improvement_of_a_gait_and_says_so() -> None:
-    discs = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)]
-    late = optimal_gait(discs, deadline=0.0)
-    whole = optimal_gait(discs)
-    assert late.report.flyable
-    assert late.value == pytest.approx(whole.value, rel=1e-2)
-    assert late.effort is not None
-    assert whole.effort is not None
-    assert late.effort > whole.effort
-    assert any("the deadline passed" in warning for warning in late.warnings)
+def test_a_reserve_needs_a_mass_where_thrust_is_limited() -> None:
+    level = level_region("hover_reserve", found_in("weak").bound * 1.001, WEAK)
+    discs = discs_of(CASES["weak"][0], 0.05)
+    assert component_meeting(level.outer, discs) is None
+    massless = Vehicle(drag_ratio=0.1, max_thrust=1.0)
+    with pytest.raises(MissingConstant):
+        optimal_gait([(0, 0)], objective="hover_reserve", vehicle=massless)
