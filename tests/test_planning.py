@@ -7,13 +7,11 @@ import math
 from math import pi
 from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.graph.build import surface_graph
 from gaitgraph.invertibility import (
     coefficients_of,
     hover_thrust_shares,
@@ -124,14 +122,6 @@ def test_beyond_nine_waypoints_the_order_is_approximate() -> None:
     assert loop_of(ordered).order_exact
     nine = gg.plan_loop(points[:9], any_order=True, divisions=16)
     assert loop_of(nine).order_exact
-
-
-def test_blue_edges_with_a_tiny_R_of_one_sign_are_used() -> None:
-    for divisions, cells in ((40, ((5, 1), (5, 2))), (32, ((1, 27), (1, 28)))):
-        points = [tuple(-pi / 2 + k * pi / divisions for k in cell) for cell in cells]
-        asked: Any = {"color": "blue", "sign": "negative", "require": "valid"}
-        plan = gg.plan_loop(points, divisions=divisions, **asked)
-        assert loop_of(plan).length == pytest.approx(2 * pi / divisions)
 
 
 # -- Which loop is preferred
@@ -262,6 +252,7 @@ def test_each_branch_without_a_loop_says_what_is_in_its_way(
         assert refusal.kind == ("color", "waypoint", "separated")[count]
         assert refusal.message in str(plan.reason)
         assert obstacle in refusal.message
+        assert bool(refusal.components) is (count == 2 and method == "grid")
         for number in refusal.waypoints:
             assert str(number) in refusal.message
         if refusal.kind == "waypoint":
@@ -354,37 +345,6 @@ def test_a_region_that_is_empty_says_why() -> None:
         assert why in str(gg.plan_loop(G3.waypoints, **asked).reason)
 
 
-def test_separated_waypoints_are_told_with_what_can_be_reached_from_each() -> None:
-    points = [(1.2, -0.6), (1.1, -0.7), (-1.5, 0.5)]
-    (refusal,) = gg.plan_loop(
-        points, divisions=16, require="valid", **RED_BELOW
-    ).refusals
-    graph = surface_graph("negative", waypoints=points)
-    graph.remove_edges_from(
-        [
-            (a, b)
-            for a, b, edge in graph.edges(data=True)
-            if not (edge["continuous"] and edge["keeps_sign"])
-        ]
-    )
-    nodes = [
-        next(node for node in graph if node.startswith(f"w{k:03} red")) for k in (1, 2)
-    ]
-    counts = [len(nx.node_connected_component(graph, node)) for node in nodes]
-    assert list(refusal.components) == counts
-
-
-def test_work_that_cannot_help_is_not_done() -> None:
-    told: list[str] = []
-    # Neither waypoint has a root; or each has one, but not of one color and sign.
-    for points in ([(0.5, -0.5), (-0.5, 0.5)], [(-0.5, 0.5), (-1.5, 0.5)]):
-        asked: Any = {"divisions": 16, "coefficients": "exact"}
-        gg.plan_loop(points, progress=told.append, **asked)
-        assert told == []
-    gg.plan_loop([(-0.5, 0.5), (-0.4, 0.8)], divisions=16, progress=told.append)
-    assert sum(text.startswith("building") for text in told) == 1
-
-
 # -- Where waypoints lie
 
 
@@ -396,6 +356,7 @@ def test_a_waypoint_is_in_a_part_of_the_region_or_told_why_not() -> None:
     assert first.reasons[1]
     assert first.nearest == (None, pytest.approx((0.1671, 0.5), abs=1e-4))
     assert second.parts == (None, None)
+    assert "waypoint 1 (-0.4000, 0.4000): in part 1\n" in str(first)
     areas = [part["area"] for part in first.as_mapping()["parts"]]
     assert sum(areas) == pytest.approx(first.region.area)
     walled = gg.location_of(ACROSS, sign="negative", keep_out=[FENCE]).regions[0]
@@ -428,17 +389,6 @@ def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> N
             plan = gg.plan_loop(points, **{"objective": objective, **zones})
             assert bool(plan) is touches
             assert not plan or [-0.6, 0.7] in plan.gait.alpha[:, :2].tolist()
-
-
-def test_the_command_region_lists_parts_and_draws_them(
-    run: Any, tmp_path: Path
-) -> None:
-    listed = run("region", "--output", str(tmp_path / "map.png"))
-    assert (listed.code, (tmp_path / "map.png").stat().st_size > 10_000) == (0, True)
-    assert "part 2: 0.01623 rad², around (-1.5047, 1.4796)" in listed.out
-    joined = run("region", "--waypoint=-0.4,0.4", "--waypoint=-0.5,0.5")
-    assert "waypoint 2 (-0.5000, 0.5000): in part 1" in joined.out
-    assert run("region", "--color", "blue").code == 1
 
 
 # -- Colourings of the loop in a file

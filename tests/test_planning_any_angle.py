@@ -155,17 +155,6 @@ def test_so_it_is_in_hard_cases(points: Any, options: Any) -> None:
     check_shortest(exact(points, **{"accuracy": 1e-2, "require": "valid", **options}))
 
 
-def test_waypoints_on_slanted_sides_of_keep_outs() -> None:
-    """Rounding leaves such a point a little inside the keep-out, or a little outside."""
-    corners = np.array([(0.6, -0.7), (0.95, -0.5), (0.85, -0.2), (0.55, -0.35)])
-    rng = np.random.default_rng(61)
-    for _ in range(10):
-        shares = rng.uniform(size=(4, 1))
-        points = corners + shares * (np.roll(corners, -1, axis=0) - corners)
-        asked: Any = {**BLOCKED, "keep_out": [corners], "sign": "negative"}
-        check_shortest(exact(rng.permutation(points).tolist(), **asked))
-
-
 @pytest.mark.no_cover
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
 def test_along_a_curve_the_bounds_hold_a_string_pulled_under_it(
@@ -368,13 +357,6 @@ def test_the_nearest_place_where_a_loop_may_be_is_told(
     region = planning_region(plan.request, "red", "negative", "flyable").inner
     away = shapely.distance(region, shapely.Point(point))
     assert math.dist(refusal.nearest, point) == pytest.approx(away, abs=1e-9)
-
-
-def test_polygons_that_contradict_each_other_leave_nothing() -> None:
-    around = [(0.5, -0.7), (1.1, -0.7), (1.1, -0.1), (0.5, -0.1)]
-    plan = exact([(0.8, -0.4)], sign="negative", keep_in=[WALL], keep_out=[around])
-    (refusal,) = plan.refusals
-    assert (refusal.kind, refusal.nearest, refusal.moved) == ("waypoint", None, ())
 
 
 def test_a_deadline_ends_the_search_for_an_order_and_says_so() -> None:

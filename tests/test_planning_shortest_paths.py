@@ -71,6 +71,33 @@ def test_among_boxes_that_touch_line_up_and_overlap(
     check_as_the_full_graph(region, points)
 
 
+# A corner at which a hole, left between two polygons, touches their border; sides that cross; a corner on a side.
+HARD: list[list[list[tuple[float, float]]]] = [
+    [
+        [(-0.45, 0.25), (-0.5, 0.2), (-0.6, 0.2), (-0.6, 0.1), (-0.4, 0.05)],
+        [(-0.5, 0.25), (-0.45, 0.25), (-0.65, 0.35), (-0.65, 0.5), (-0.85, 0.25)],
+    ],
+    [[(-0.3, 1.1), (-0.8, 1.0), (-0.7, 0.7)], [(-1.3, 0.3), (-1.5, 0.0), (-0.9, -0.1)]],
+    [[(-0.9, 0.3), (-0.3, 0.5), (-0.9, 0.9)], [(-0.8, 0.1), (-0.4, 0.1), (-0.6, 0.6)]],
+    [[(-0.2, 0.2), (-0.5, 0.1), (-0.3, 0.0), (-0.3, 0.0)]],
+]
+
+
+@pytest.mark.parametrize("polygons", HARD)
+def test_points_on_sides_by_rounding_inside_or_outside_go_around(polygons: Any) -> None:
+    obstacles = shapely.union_all([shapely.Polygon(polygon) for polygon in polygons])
+    region = shapely.box(-1.57, -0.2, 0.2, 1.57) - obstacles
+    rng = np.random.default_rng(1)
+    on_sides = [
+        shapely.Polygon(polygon).exterior.interpolate(share, normalized=True)
+        for polygon in polygons
+        for share in rng.uniform(size=4)
+    ]
+    points = [(0.1, 0.1), *((point.x, point.y) for point in on_sides)]
+    paths = ShortestPaths(region)
+    check_as_the_full_graph(region, [one for one in points if paths.contains(one)])
+
+
 def test_parts_that_touch_in_a_corner_are_joined_there_and_others_are_not() -> None:
     for gap, path in ((0.0, [(0.5, 0.0), (1.0, 1.0), (1.0, 2.0)]), (0.1, None)):
         parts = [shapely.box(0, 0, 1, 1), shapely.box(1 + gap, 1, 2, 2)]

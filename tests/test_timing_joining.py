@@ -127,18 +127,6 @@ def test_a_run_up_is_between_rest_and_the_gait_and_never_faster_than_it(
     assert longer.period == pytest.approx(2 * run.period)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_run_ups_of_random_gaits_stay_within_their_peaks(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    turn = np.sort(rng.uniform(0, 2 * np.pi, rng.integers(3, 8)))
-    loop = np.column_stack([-0.8 + 0.5 * np.cos(turn), 0.8 + 0.5 * np.sin(turn)])
-    limits = {"rate": rng.uniform(1, 8), "acceleration": rng.uniform(20, 200)}
-    motion = fastest(rng.uniform(0.01, 0.1), gg.lift(loop, "red"), **limits)
-    run = run_up(motion)
-    assert run is not None
-    check_within_peaks(run, motion, jerk=True)
-
-
 def test_a_gait_that_rests_at_its_first_row_needs_no_run_up() -> None:
     still = gg.lift(LOOP[:1], "red").parametrize()
     for motion in (GAIT.parametrize(1.0), fastest(), still):

@@ -15,9 +15,8 @@ from scipy.optimize import linprog
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing import time_optimal
-from gaitgraph.timing.curve import rounded
 from gaitgraph.timing.limits import Limits, limits_of
-from gaitgraph.timing.node_laws import fastest_squared_speeds, grid_along
+from gaitgraph.timing.node_laws import fastest_squared_speeds
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
@@ -225,39 +224,6 @@ def test_least_periods_to_six_digits(
     assert answer.least == pytest.approx(least, rel=2e-6)
     assert answer.lower_bound == pytest.approx(bound, rel=1e-8)
     assert answer.stretch == pytest.approx(stretch, abs=2e-6)
-
-
-def test_turning_the_loop_round_or_over_changes_nothing() -> None:
-    mirrored = lift(-SQUARE.alpha[:, [1, 0]], "red")
-    periods = [
-        least_period(gait, LIMITS, rounding=0.05).least
-        for gait in (SQUARE, SQUARE.reversed(), SQUARE.started_at(2), mirrored)
-    ]
-    assert periods == pytest.approx([periods[0]] * 4, rel=2e-3)
-
-
-@settings(deadline=None, max_examples=20)
-@given(seed=st.integers(0, 2**32 - 1), steep=st.sampled_from([0.1, 1.0, 1e3]))
-def test_any_speeds_and_accelerations_at_nodes_are_a_closed_smooth_law(
-    seed: int, steep: float
-) -> None:
-    random = np.random.default_rng(seed)
-    curve = rounded(SQUARE, 0.05).curve
-    grid = grid_along(curve.breaks, curve.pieces, 30)
-    count = len(grid.width)
-    squared = random.uniform(0.2, 3.0, count)
-    law = grid.law(squared, steep * random.normal(size=count))
-    np.testing.assert_allclose(law.speed[:-1] ** 2, squared)
-    # Position, velocity and acceleration at the end of each interval are those at the start of the next.
-    tilts, h = law.tilts(), law.durations[:, None]
-    np.testing.assert_allclose(tilts[-1], curve.at(grid.s[:-1])[:, :2], atol=1e-12)
-    powers = np.arange(len(tilts))[::-1, None, None]
-    for order in range(3):
-        starts = tilts[-1] / h**order
-        ends = tilts.sum(axis=0) / h**order
-        scale = 1.0 + np.abs(starts).max()
-        np.testing.assert_allclose(ends, np.roll(starts, -1, axis=0), atol=1e-9 * scale)
-        tilts, powers = (tilts * powers)[:-1], powers[:-1] - 1
 
 
 @settings(deadline=None, max_examples=20)
