@@ -182,6 +182,7 @@ def test_a_case_that_fails_is_a_row_with_its_reason(
 ) -> None:
     torn = {"waypoints": [[0.1, 0.1], [1.2, -1.2]], "color": "red", "name": "torn"}
     bare = {"name": "bare", "drag_ratio": 0.1}
+    asked: dict[str, Any]
     asked = {"vehicles": [bare, {"preset": "paper", "drag_ratio": [0.1, 0.2]}]}
     asked |= {"gaits": [torn, "gait3"], "attitudes": {}}
     study = study_from_mapping(SMALL | asked)

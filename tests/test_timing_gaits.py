@@ -53,6 +53,7 @@ def test_the_laws_spend_time_as_they_say() -> None:
     assert (*LAWS,) == get_args(LawName)
     gait = lift(LONG_AND_SHORT, "red")
     share = [0, 2.0, 2.4, 4.4, 4.8]
+    law: Any
     for law, times in (
         ("equal-time", [0, 1.2, 2.4, 3.6, 4.8]),
         ("constant-speed", share),

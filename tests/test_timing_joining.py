@@ -54,7 +54,7 @@ def circle(rows: int, *, rates: bool) -> gg.Table:
 
 
 @cache
-def moving(kind: str) -> TimedGait:
+def moving(kind: str) -> Any:
     """Return a gait of a kind that is in motion at its first row."""
     if kind == "rounded":
         return rounded()

@@ -157,7 +157,7 @@ def test_no_other_speeds_within_the_limits_are_larger_anywhere(
             rows += [row, -row]
             right += [limits[joint]] * 2
     box: Any = np.column_stack([np.zeros(n), highest])
-    best = linprog(-np.ones(n), A_ub=np.array(rows), b_ub=right, bounds=box)
+    best: Any = linprog(-np.ones(n), A_ub=np.array(rows), b_ub=right, bounds=box)
     np.testing.assert_allclose(b[:-1], best.x, rtol=1e-5, atol=1e-7)
 
 
