@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 import shapely
 from hypothesis import given, settings, strategies as st
+from scipy.ndimage import label as connected
 
+import gaitgraph as gg
 from gaitgraph.angles import HALF_PI
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.error_margins import bears_servo_errors, servo_margin
 from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
     least_singular_value,
@@ -22,12 +25,8 @@ from gaitgraph.invertibility.matrices import (
     level_determinant_resolution,
     noise_of,
 )
-from gaitgraph.invertibility.segment_bounds import (
-    least_level_determinant,
-    least_singular_value_along,
-    thrust_shares_along,
-    thrusts_push_up,
-)
+from gaitgraph.invertibility.segment_bounds import least_level_determinant
+from gaitgraph.surface import servo_margin_region
 from gaitgraph.surface.admissible import (
     admissible_region,
     certain_determinant,
@@ -37,14 +36,9 @@ from gaitgraph.surface.admissible import (
     thrust_region,
     why_empty,
 )
+from gaitgraph.surface.blocks import directions, roll_block, yaw_block
 from gaitgraph.surface.borders import Border, CosineSum, cosine, zeros_of_degree_two
-from gaitgraph.surface.region import (
-    Points,
-    Region,
-    Zones,
-    polygons_of,
-    zones_region,
-)
+from gaitgraph.surface.region import Region, Zones, zones_region
 from gaitgraph.surface.sheets import (
     HOVER_LABEL,
     SIGNS,
@@ -52,208 +46,178 @@ from gaitgraph.surface.sheets import (
     separating_factor,
     sheet_angles,
 )
-from gaitgraph.validation.validating import check_gait
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from tests.samples import EXACT, PUBLISHED
+from tests.test_error_margins import (
+    holds,
+    some_gait,
+    some_vehicle as some_servo_vehicle,
+    square,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from gaitgraph.surface.sheets import Sign
-VEHICLES = [
-    Vehicle(drag_ratio=0.01),
-    Vehicle(drag_ratio=PAPER.drag_ratio, first_rotor_spin="counterclockwise"),
-    Vehicle(drag_ratio=PAPER.drag_ratio),
-    Vehicle(drag_ratio=0.8, first_rotor_spin="counterclockwise"),
-    Vehicle(drag_ratio=1.5),
+
+FloatArray = Any
+WANTED = {"negative": -1.0, "positive": 1.0}
+
+
+def some_vehicle(kind: str, seed: int) -> Vehicle:
+    """Return a vehicle whose pairs of arms differ in angle, length, height and drag, as far as its kind allows."""
+    rng = np.random.default_rng(seed)
+    lengths = rng.uniform(0.1, 1.0, 2)
+    heights = rng.uniform(-1.0, 1.0, 2) * lengths.mean() * rng.choice([0.1, 1.0, 4.0])
+    heights *= {"one pair raised": [1, 0], "flat": [0, 0]}.get(kind, [1, 1])
+    if kind in ("equal heights", "opposite heights"):
+        heights[1] = heights[0] * (1 if kind == "equal heights" else -1)
+    turn = rng.uniform(0, 6) + np.array([0.0, rng.uniform(0.3, math.pi - 0.3)])
+    angles = np.append(turn, turn + math.pi)
+    pair = [0, 1, 0, 1]
+    places = [
+        lengths[pair] * np.cos(angles),
+        lengths[pair] * np.sin(angles),
+        heights[pair],
+    ]
+    drags = lengths.mean() * 10 ** rng.uniform(-2, 0.3, 2)
+    return Vehicle(
+        name=kind,
+        rotor_positions=np.transpose(places).tolist(),
+        drag_to_thrust=drags[pair].tolist(),
+        first_rotor_spin=str(rng.choice(["clockwise", "counterclockwise"])),
+    )
+
+
+KINDS = ("any", "one pair raised", "flat", "equal heights", "opposite heights")
+SQUARE = [
+    Vehicle(name="light", drag_ratio=0.01),
+    PAPER.replace(name="mirrored", first_rotor_spin="counterclockwise"),
+    PAPER,
+    Vehicle(name="strong", drag_ratio=0.8, first_rotor_spin="counterclockwise"),
+    Vehicle(name="heavy", drag_ratio=1.5),
 ]
-every_vehicle = pytest.mark.parametrize(
-    "vehicle", VEHICLES, ids=[f"{v.signed_drag_ratio:.3g}" for v in VEHICLES]
-)
-some_vehicles = pytest.mark.parametrize(
-    "vehicle",
-    [VEHICLES[k] for k in (0, 3, 4)],
-    ids=lambda vehicle: f"{vehicle.signed_drag_ratio:.3g}",
-)
-points = st.tuples(st.floats(-HALF_PI, HALF_PI), st.floats(-HALF_PI, HALF_PI))
+ALL = [*SQUARE, *(some_vehicle(kind, seed) for kind in KINDS for seed in (1, 2))]
 
 
-def points_near(region: Region, seed: int) -> np.ndarray[Any, Any]:
+def every(vehicles: list[Vehicle]) -> Any:
+    return pytest.mark.parametrize("vehicle", vehicles, ids=lambda one: one.name)
+
+
+def red(points: Any) -> FloatArray:
+    return np.asarray(points)[:, [0, 1, 0, 1]]
+
+
+# Inner and outer borders
+
+
+def points_near(region: Region, seed: int) -> FloatArray:
     """Return points all over the square, and on both sides of the borders at distances from 1e-7 to 1e-3."""
     rng = np.random.default_rng(seed)
-    out = [rng.uniform(-HALF_PI, HALF_PI, (4000, 2))]
+    points = [rng.uniform(-HALF_PI, HALF_PI, (4000, 2))]
     for shape in (region.inner, region.outer):
         corners = shapely.get_coordinates(shape)
-        if len(corners):
-            for distance in (1e-7, 1e-6, 1e-5, 1e-3):
-                some = corners[rng.integers(len(corners), size=400)]
-                out.append(some + distance * rng.normal(size=some.shape))
-    return np.clip(np.vstack(out), -HALF_PI, HALF_PI)
+        for distance in (1e-7, 1e-6, 1e-5, 1e-3) if len(corners) else ():
+            some = corners[rng.integers(len(corners), size=400)]
+            points.append(some + distance * rng.normal(size=some.shape))
+    return np.clip(np.vstack(points), -HALF_PI, HALF_PI)
 
 
-def assert_encloses(
-    region: Region, margin: Any, seed: int = 0, rounding: float = 1e-12
-) -> None:
+def assert_encloses(region: Region, margin: Any, rounding: float = 1e-12) -> None:
     """Assert inner ⊆ {margin ≥ 0} ⊆ outer at many points near the borders."""
-    near = points_near(region, seed)
+    near = points_near(region, seed=0)
     value, shapes = margin(near), shapely.points(near)
-    inside, enclosed = (
-        shapely.covers(region.inner, shapes),
-        shapely.covers(region.outer, shapes),
-    )
+    inside = shapely.covers(region.inner, shapes)
+    enclosed = shapely.covers(region.outer, shapes)
     assert value[inside].min(initial=np.inf) > -rounding
     assert value[~enclosed].max(initial=-np.inf) < rounding
     assert region.inner.is_valid
     assert region.outer.is_valid
 
 
-def red(at: Any) -> np.ndarray[Any, Any]:
-    return np.asarray(at)[:, [0, 1, 0, 1]]
-
-
-def edges(
-    polygons: Sequence[shapely.Polygon],
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return the segments of the borders of polygons on the red sheet."""
-    corners, ring = shapely.get_coordinates(
-        shapely.get_rings(polygons), return_index=True
-    )
-    follows = ring[1:] == ring[:-1]
-    return red(corners[:-1][follows]), red(corners[1:][follows])
-
-
 @pytest.mark.no_cover
-@every_vehicle
-@settings(deadline=None, max_examples=30)
-@given(first=points, second=points)
-def test_points_joined_without_a_singular_matrix_have_one_label(
-    vehicle: Vehicle, first: Any, second: Any
-) -> None:
-    exact = coefficients_of(vehicle, "exact")
-    start, end = red([first]), red([second])
-    sign = float(np.sign(level_determinant(start[0], exact)))
-    label, other = (red_label(at[0], at[1], vehicle) for at in (first, second))
-    assert label.prod() == sign or abs(level_determinant(start[0], exact)) < 1e-9
-    joined = (
-        least_level_determinant(start, end, exact, sign=sign, tolerance=1e-6).worst()[0]
-        > 1e-9
-    )
-    assert not joined or (label == other).all()
-    assert (separating_factor(first, second, vehicle) is None) == (label == other).all()
-
-
-@every_vehicle
-def test_lines_and_curves_between_two_points_are_named(vehicle: Vehicle) -> None:
-    kappa = vehicle.signed_drag_ratio
-    side, delta = math.copysign(1.0, kappa), math.atan(kappa)
-    line = delta - side * HALF_PI
-    curve = f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}"
-    assert (
-        separating_factor(
-            (0.5 * delta, -0.5 * delta), (side * 1.5, -side * 1.5), vehicle
-        )
-        == curve
-    )
-    first, second = (line - side * 1e-4, 0.0), (0.0, -line + side * 1e-4)
-    texts = (
-        f"the line α1 = {line:.4f} (β1 = ∓π/2)",
-        f"the line α2 = {-line:.4f} (β2 = ±π/2)",
-    )
-    assert separating_factor((0.0, 0.0), first, vehicle) == texts[0]
-    assert separating_factor(first, second, vehicle) == " and ".join(texts)
-    assert tuple(red_label(0.0, 0.0, vehicle).tolist()) == HOVER_LABEL == (1, 1, 1)
-
-
-@every_vehicle
-def test_components_have_the_signs_of_their_factors_along_their_borders_too(
-    vehicle: Vehicle,
-) -> None:
-    kappa = vehicle.signed_drag_ratio
-    delta = math.atan(kappa)
-    at = np.random.default_rng(3).uniform(-HALF_PI, HALF_PI, (3000, 2))
-    signs = red_label(at[:, 0], at[:, 1], vehicle).prod(axis=1)
-    both = (
-        sign_region("positive", vehicle, accuracy=1e-4),
-        sign_region("negative", vehicle, accuracy=1e-4),
-    )
-    found = set()
-    for region, sign in zip(both, (1, -1), strict=True):
-        assert (signs[region.contains(at)] == sign).all()
-        assert np.all(shapely.covers(region.outer, shapely.points(at[signs == sign])))
-        for part in region.components:
-            inside = part.representative_point()
-            label = red_label(inside.x, inside.y, vehicle)
-            found.add((*label.tolist(), sign))
-            # Each factor of R keeps its sign along every side, by a bound of what it can fall below its ends.
-            starts, ends = edges([part])
-            a1, a2 = np.moveaxis(
-                starts + np.linspace(0.0, 1.0, 1025)[:, None, None] * (ends - starts),
-                -1,
-                0,
-            )[:2]
-            bracket = math.copysign(1.0, kappa) * (
-                2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2)
-            )
-            # The second derivative of D along a side is at most 2·(1 + 2|κ|).
-            falls = (
-                (2 + 4 * abs(kappa))
-                * (np.hypot(*(ends - starts).T[:2]) / 1024) ** 2
-                / 8
-            )
-            assert (label[2] * bracket > falls).all()
-            assert (label[0] * np.cos(a1 - delta) > 0).all()
-            assert (label[1] * np.cos(a2 + delta) > 0).all()
-    # Each combination of the signs of three factors but one is a component.
-    assert len(found) == sum(len(region.components) for region in both) == 7
-    assert all(math.prod(label) == 1 for label in found)
-
-
-def test_components_are_not_joined_across_a_saddle() -> None:
-    """At the saddle where β1 = −π/2 meets D = 0 two corners of R < 0 touch."""
-    region = sign_region("negative")
-    x = math.atan(PAPER.drag_ratio) - HALF_PI
-    saddle = np.array([x, math.atan(math.tan(x) - 2 * PAPER.drag_ratio)])
-    for step in (1e-2, 1e-4, 3e-6):
-        right, left = saddle + np.array([step, 0.0]), saddle - np.array([step, 0.0])
-        assert region.contains(np.array([right, left])).all()
-        assert not region.joined(right, left)
-        assert region.joined(right, (1.178, -0.393))
-        assert region.joined(left, (-1.5, 1.2))
-
-
-@pytest.mark.no_cover
-@some_vehicles
-def test_singular_value_region(vehicle: Vehicle) -> None:
-    cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
-    for seed, (floor, accuracy) in enumerate(
-        ((0.05, 1e-5), (0.4, 1e-3), (0.95 * cap, 1e-5))
-    ):
+@every(ALL)
+def test_regions_of_a_least_singular_value_enclose_the_truth(vehicle: Vehicle) -> None:
+    at = np.random.default_rng(1).uniform(-HALF_PI, HALF_PI, (5000, 2))
+    largest = least_singular_value(red(at), vehicle).max()
+    for share, accuracy in ((0.03, 1e-5), (0.5, 1e-3), (0.95, 1e-5)):
+        floor = float(share * largest)
         region = singular_value_region(floor, vehicle, accuracy=accuracy)
         assert_encloses(
-            region,
-            lambda at, floor=floor: least_singular_value(red(at), vehicle) - floor,
-            seed,
+            region, lambda at, f=floor: least_singular_value(red(at), vehicle) - f
         )
-    assert singular_value_region(1.01 * cap, vehicle).inner.is_empty
-    starts, ends = edges(singular_value_region(0.3, vehicle, accuracy=1e-3).components)
-    found = least_singular_value_along(
-        starts, ends, vehicle, tolerance=1e-6, floor=0.3 - 1e-6, each=True
-    )
-    assert found.lower.min() >= 0.3 - 1e-6
+    assert singular_value_region(1.1 * largest, vehicle).inner.is_empty
 
 
-def test_a_floor_narrower_than_the_accuracy() -> None:
-    region = singular_value_region(3e-7)
-    assert_encloses(
-        region, lambda at: least_singular_value(red(at)) - 3e-7, rounding=1e-15
-    )
-    assert len(region.components) == 7
-    assert region.outer.area - region.area < 1e-5
+@pytest.mark.no_cover
+@every(ALL)
+def test_regions_of_hover_thrusts_enclose_the_truth(vehicle: Vehicle) -> None:
+    def margin(at: Any, share: float | None, least: float) -> Any:
+        thrusts = hover_thrust_shares(red(at), vehicle)
+        low = np.nan_to_num(thrusts.min(axis=1), nan=-1.0) - least
+        if share is None:
+            return low
+        high = np.nan_to_num(thrusts.max(axis=1), nan=99.0)
+        return np.minimum(low, share - high)
+
+    assert_encloses(hover_region(vehicle), lambda at: margin(at, None, 0.0))
+    for share, least in ((0.26, 0.0), (0.7, 0.1), (None, 1.0)):
+        region = thrust_region(share, vehicle, least=least)
+        # Next to the corner (δ, −δ) all thrusts are ratios of vanishing numbers.
+        assert_encloses(
+            region, lambda at, s=share, m=least: margin(at, s, m), rounding=1e-7
+        )
+
+
+@pytest.mark.no_cover
+@every(ALL)
+@pytest.mark.parametrize("sign", SIGNS)
+def test_regions_of_a_sign_and_a_least_determinant_enclose_the_truth(
+    vehicle: Vehicle, sign: Sign
+) -> None:
+    exact = coefficients_of(vehicle, "exact")
+    size = float(exact.form.size[2])
+    for share in (1e-4, 0.1):
+        region = sign_region(sign, vehicle, least=share * size, accuracy=1e-5)
+
+        def margin(at: Any, share: float = share) -> Any:
+            return WANTED[sign] * level_determinant(red(at), exact) / size - share
+
+        assert_encloses(region, margin)
+    assert sign_region(sign, vehicle, color="blue", coefficients=exact).outer.is_empty
+
+
+@pytest.mark.parametrize("sign", SIGNS)
+def test_blue_region_is_where_rounding_left_a_sign(sign: Sign) -> None:
+    def margin(at: Any) -> Any:
+        opposite = sheet_angles("blue", at[:, 0], at[:, 1], PUBLISHED)
+        R = level_determinant(np.column_stack([at, *opposite]), PUBLISHED)
+        return WANTED[sign] * R - noise_of(PUBLISHED)
+
+    region = sign_region(sign, color="blue", accuracy=1e-5)
+    assert_encloses(region, margin, rounding=1e-13)
+    wrap = 2 * PUBLISHED.delta - HALF_PI
+    for part in region.components:
+        left, bottom, right, top = part.bounds
+        assert not left < wrap < right
+        assert not bottom < -wrap < top
+
+
+def test_nothing_flies_on_blue_and_each_question_is_answered() -> None:
+    blue = admissible_region(color="blue")
+    here = (0.3, 0.3)
+    assert blue.nearest(here) is None
+    assert blue.component_of(here) is None
+    assert blue.nearest_joined([here]) == ()
+    assert "singular" in (blue.why_not(here) or "")
+    assert "an invertible decoupling matrix" in why_empty(blue, 0.05, PAPER)
+
+
+def test_borders_that_lie_closer_than_the_accuracy() -> None:
+    band = singular_value_region(3e-7)
+    assert_encloses(band, lambda at: least_singular_value(red(at)) - 3e-7, 1e-15)
+    assert len(band.components) == 7
     assert singular_value_region(0.0).area == pytest.approx(math.pi**2, abs=1e-12)
-
-
-def test_the_outer_region_holds_the_narrow_end_between_two_limits_of_thrust() -> None:
-    """Nearer to each other than their errors, two borders overlap: together they left no gap."""
-    vehicle = VEHICLES[1]
+    # Two limits of thrust: together their errors left no gap.
+    vehicle = SQUARE[1]
     region = thrust_region(0.26, vehicle, accuracy=1e-5)
     delta = math.atan(vehicle.signed_drag_ratio)
     at = np.array([delta - 0.11111693, -delta + 0.11111553])
@@ -261,188 +225,187 @@ def test_the_outer_region_holds_the_narrow_end_between_two_limits_of_thrust() ->
     assert region.outer.covers(shapely.Point(at))
 
 
-@pytest.mark.no_cover
-@some_vehicles
-def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
-    delta = math.atan(vehicle.signed_drag_ratio)
-
-    def margin(at: Any, share: float | None, least: float) -> Any:
-        found = hover_thrust_shares(red(at), vehicle)
-        low, high = (
-            np.nan_to_num(side(found, axis=1), nan=bad)
-            for side, bad in ((np.min, -1.0), (np.max, 99.0))
-        )
-        return np.fmin(low - least, 9.0 if share is None else share - high)
-
-    for seed, (share, least) in enumerate(((0.26, 0.0), (0.7, 0.1), (None, 1.0))):
-        # Next to the corner (δ, −δ) all thrusts are ratios of vanishing numbers.
-        region = thrust_region(share, vehicle, least=least)
-        assert_encloses(
-            region,
-            lambda at, bounds=(share, least): margin(at, *bounds),
-            seed,
-            rounding=1e-7,
-        )
-    hover = hover_region(vehicle)
-    assert hover.outer.area == pytest.approx(
-        (HALF_PI + delta) ** 2 + (HALF_PI - delta) ** 2, abs=1e-12
-    )
-    assert not hover.contains([delta, -delta])[0]
-    assert all(
-        "hover thrusts must be > 0" in (hover.why_not(at) or "")
-        for at in ((delta, 0.3), (0.3, -delta))
-    )
-    assert_encloses(
-        hover,
-        lambda at: np.nan_to_num(
-            hover_thrust_shares(red(at), vehicle).min(axis=1), nan=-1.0
-        ),
-    )
-    # Across R = 0 the thrusts are not determined, so segments are judged on either side of it.
-    small = thrust_region(0.3, vehicle, accuracy=1e-3)
-    for sign in SIGNS:
-        part = sign_region(sign, vehicle, least=1e-3)
-        inside = [*polygons_of((hover & part).inner.buffer(-2e-6)).geoms]
-        assert thrusts_push_up(*edges(inside), vehicle).all()
-        upward, _, largest = thrust_shares_along(
-            *edges((small & part).components), vehicle
-        )
-        assert upward.all()
-        assert (-largest.lower).max(initial=0.0) <= 0.3 + 1e-4  # its own tolerance
-
-
-@pytest.mark.no_cover
-@pytest.mark.parametrize(
-    ("vehicle", "least"), [*zip(VEHICLES[::2], (1e-3, 0.5, 3.0), strict=True)]
-)
-def test_region_of_a_least_determinant(vehicle: Vehicle, least: float) -> None:
-    exact = coefficients_of(vehicle, "exact")
-    size = float(exact.form.size[2])
-    signs: tuple[tuple[Sign, float], ...] = (("positive", 1.0), ("negative", -1.0))
-    for sign, factor in signs:
-        region = sign_region(sign, vehicle, least=least, accuracy=1e-5)
-        assert_encloses(
-            region,
-            lambda at, f=factor: (f * level_determinant(red(at), exact) - least) / size,
-        )
-
-
-@pytest.mark.parametrize("sign", ["positive", "negative"])
-def test_blue_region_is_where_rounding_left_a_sign(sign: Any) -> None:
-    coefficients = coefficients_of()
-    factor = 1.0 if sign == "positive" else -1.0
-
-    def margin(at: Any) -> Any:
-        third, fourth = sheet_angles("blue", at[:, 0], at[:, 1], coefficients)
-        return factor * level_determinant(
-            np.column_stack([at, third, fourth]), coefficients
-        ) - noise_of(coefficients)
-
-    region = sign_region(sign, color="blue", accuracy=1e-5)
-    assert_encloses(region, margin, rounding=1e-13)
-    wraps = (2 * coefficients.delta - HALF_PI, HALF_PI - 2 * coefficients.delta)
-    for part in region.components:
-        left, bottom, right, top = part.bounds
-        assert not left < wraps[0] < right
-        assert not bottom < wraps[1] < top
-    exact = sign_region(sign, color="blue", coefficients=coefficients_of(kind="exact"))
-    assert exact.inner.is_empty
-    assert exact.outer.is_empty
-    assert "R at level attitude must be" in (exact.why_not((0.3, 0.2)) or "")
-    flyable = admissible_region(color="blue")
-    assert (flyable.nearest((0.3, 0.3)), flyable.component_of((0.3, 0.3))) == (
-        None,
-        None,
-    )
-    assert flyable.nearest_joined([(0.3, 0.3)]) == ()
-    assert "singular" in (flyable.why_not((0.3, 0.3)) or "")
-    assert why_empty(flyable, 0.05, PAPER).startswith(
-        "no tilt angles meet all conditions (an invertible decoupling matrix); "
-    )
-
-
-MADE: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
-    *[(singular_value_region, (floor,), {}) for floor in (0.5, 1.0)],
-    *[(thrust_region, (share,), {}) for share in (0.6, 1.0)],
-    (sign_region, ("negative",), {"least": 0.5}),
-    (sign_region, ("positive",), {"color": "blue"}),
-]
+MADE: dict[str, Any] = {
+    "singular value": lambda accuracy: singular_value_region(0.5, accuracy=accuracy),
+    "thrust": lambda accuracy: thrust_region(0.6, accuracy=accuracy),
+    "R": lambda accuracy: sign_region("negative", least=0.5, accuracy=accuracy),
+    "blue": lambda accuracy: sign_region("positive", color="blue", accuracy=accuracy),
+}
 
 
 @pytest.mark.parametrize(
-    ("accuracy", "corners"),
+    ("name", "accuracy", "corners"),
     [
-        (1e-2, [112, 42, 64, 34, 269, 155]),
-        (1e-5, [656, 272, 414, 226, 2217, 1255]),
-        (1e-8, [19051, 6761, 14722, 6380]),
+        ("singular value", 1e-2, 112),
+        ("singular value", 1e-8, 19051),
+        ("thrust", 1e-5, 414),
+        ("R", 1e-5, 2217),
+        ("blue", 1e-5, 1255),
     ],
 )
 def test_inner_and_outer_are_as_near_as_stated_with_few_corners(
-    accuracy: float, corners: list[int]
+    name: str, accuracy: float, corners: int
 ) -> None:
-    for (function, values, options), few in zip(MADE, corners, strict=False):
-        region = function(*values, **options, accuracy=accuracy)
-        # Both borders are within the accuracy of the true one, and farther apart only in corners, sharp ones of R.
-        points = shapely.get_coordinates(region.outer)
-        some = shapely.points(points[:: max(len(points) // 300, 1)])
-        most = 2.5 if options.get("least") else 1.7
-        assert (
-            accuracy / 2 < shapely.distance(region.inner, some).max() < most * accuracy
-        )
-        assert region.accuracy == accuracy
-        assert len(points) == pytest.approx(few, rel=0.02)
+    region = MADE[name](accuracy)
+    points = shapely.get_coordinates(region.outer)
+    some = shapely.points(points[:: max(len(points) // 300, 1)])
+    # Both are within the accuracy of the true border, and farther apart only in corners, sharp ones of R.
+    most = 2.5 if name == "R" else 1.7
+    assert accuracy / 2 < shapely.distance(region.inner, some).max() < most * accuracy
+    assert region.accuracy == accuracy
+    assert len(points) == pytest.approx(corners, rel=0.05)
+
+
+# Components and labels
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize(
-    "vehicle",
+@every(SQUARE)
+@settings(deadline=None, max_examples=30)
+@given(ends=st.lists(st.floats(-HALF_PI, HALF_PI), min_size=4, max_size=4))
+def test_points_joined_without_a_singular_matrix_have_one_label(
+    vehicle: Vehicle, ends: list[float]
+) -> None:
+    exact = coefficients_of(vehicle, "exact")
+    first, second = ends[:2], ends[2:]
+    start, end = red([first]), red([second])
+    R = float(level_determinant(start[0], exact))
+    sign = math.copysign(1.0, R)
+    least = least_level_determinant(start, end, exact, sign=sign, tolerance=1e-6)
+    label, other = (red_label(at[0], at[1], vehicle).tolist() for at in (first, second))
+    assert math.prod(label) == sign or abs(R) < 1e-9
+    assert label == other or least.worst()[0] <= 1e-9
+    words = separating_factor(first, second, vehicle)
+    assert (words is None) == (label == other)
+    assert words is None or "the curve" in words or "the line" in words
+
+
+@every(ALL)
+def test_components_of_a_grid_and_labels_are_the_same(vehicle: Vehicle) -> None:
+    """Small components apart; the sides of the square are fine."""
+    count = 401
+    axis = -HALF_PI * np.cos(math.pi * (np.arange(count) + 0.5) / count)
+    first, second = np.meshgrid(axis, axis, indexing="ij")
+    labels = red_label(first, second, vehicle)
+    alpha = np.stack([first, second, first, second], axis=-1)
+    R = level_determinant(alpha, coefficients_of(vehicle, "exact"))
+    clear = np.abs(R) > 1e-12 * np.abs(R).max()
+    np.testing.assert_array_equal(labels.prod(axis=-1)[clear], np.sign(R)[clear])
+    assert tuple(red_label(0.0, 0.0, vehicle).tolist()) == HOVER_LABEL == (1, 1, 1)
+    codes, u = labels @ [9, 3, 1], directions(axis)
+    yaw, roll = (u.T @ block(vehicle).form @ u > 0 for block in (yaw_block, roll_block))
+    of_parts: list[int] = []
+    for sides in product((True, False), repeat=2):
+        parts, number = connected((yaw == sides[0]) & (roll == sides[1]))
+        for part in range(1, number + 1):
+            inside = codes[parts == part]
+            if len(inside) > 40:
+                assert len(np.unique(inside)) == 1
+                of_parts.append(int(inside[0]))
+    assert len(set(of_parts)) == len(of_parts)
+
+
+@every(SQUARE)
+def test_regions_of_a_sign_have_seven_components_each_of_one_label(
+    vehicle: Vehicle,
+) -> None:
+    at = np.random.default_rng(3).uniform(-HALF_PI, HALF_PI, (3000, 2))
+    signs = red_label(at[:, 0], at[:, 1], vehicle).prod(axis=1)
+    labels = []
+    for sign in SIGNS:
+        region = sign_region(sign, vehicle, accuracy=1e-4)
+        assert (signs[region.contains(at)] == WANTED[sign]).all()
+        assert shapely.covers(
+            region.outer, shapely.points(at[signs == WANTED[sign]])
+        ).all()
+        for part in region.components:
+            # Midpoints of the sides: no chord of the border leaves its component.
+            corners = np.asarray(part.exterior.coords)
+            middles = (corners[1:] + corners[:-1]) / 2
+            of_part = np.unique(
+                red_label(middles[:, 0], middles[:, 1], vehicle), axis=0
+            )
+            assert len(of_part) == 1
+            labels.append(tuple(of_part[0].tolist()))
+    # Each combination of the signs of three factors but one is a component.
+    assert len(set(labels)) == len(labels) == 7
+
+
+@every(SQUARE)
+def test_lines_and_curves_between_two_points_are_named(vehicle: Vehicle) -> None:
+    kappa = vehicle.signed_drag_ratio
+    side, delta = math.copysign(1.0, kappa), math.atan(kappa)
+    line = delta - side * HALF_PI
+    beyond = separating_factor(
+        (0.5 * delta, -0.5 * delta), (side * 1.5, -side * 1.5), vehicle
+    )
+    assert beyond == f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}"
+    first, second = (line - side * 1e-4, 0.0), (0.0, -line + side * 1e-4)
+    one = f"the line α1 = {line:.4f} (β1 = ∓π/2)"
+    both = f"{one} and the line α2 = {-line:.4f} (β2 = ±π/2)"
+    assert separating_factor((0.0, 0.0), first, vehicle) == one
+    assert separating_factor(first, second, vehicle) == both
+
+
+@pytest.mark.parametrize("step", [1e-2, 1e-4, 3e-6])
+def test_components_are_not_joined_across_a_saddle(step: float) -> None:
+    """At the saddle where β1 = −π/2 meets D = 0 two corners of R < 0 touch."""
+    region = sign_region("negative")
+    x = math.atan(PAPER.drag_ratio) - HALF_PI
+    y = math.atan(math.tan(x) - 2 * PAPER.drag_ratio)
+    right, left = (x + step, y), (x - step, y)
+    assert region.contains(np.array([right, left])).all()
+    assert not region.joined(right, left)
+    assert region.joined(right, (1.178, -0.393))
+    assert region.joined(left, (-1.5, 1.2))
+
+
+def test_regions_of_a_sign_fill_the_square_with_a_rotor_height() -> None:
+    vehicle = PAPER.replace(rotor_height=0.05)
+    regions = [sign_region(sign, vehicle) for sign in SIGNS]
+    area = sum(region.area for region in regions)
+    assert area == pytest.approx(math.pi**2, abs=1e-4)
+    # The pole of the curve P = 0 as a function of α1 is no border.
+    assert [len(region.components) for region in regions] == [2, 2]
+
+
+# What may be flown
+
+
+@pytest.mark.no_cover
+@pytest.mark.parametrize("sign", SIGNS)
+@every(
     [
         PAPER,
-        PAPER.replace(first_rotor_spin="counterclockwise", max_tilt=1.2),
-        PAPER.replace(max_thrust=2.2, max_tilt="80deg"),
-        Vehicle(drag_ratio=1.5, mass=1.0, max_thrust=6.0),
-    ],
-    ids=["paper", "mirrored", "limited", "large"],
+        SQUARE[1].replace(max_tilt=1.2),
+        PAPER.replace(name="limited", max_thrust=2.2, max_tilt="80deg"),
+        Vehicle(name="large", drag_ratio=1.5, mass=1.0, max_thrust=6.0),
+    ]
 )
-def test_the_border_of_every_component_is_a_flyable_gait(vehicle: Vehicle) -> None:
-    """A loop right along the border of a flyable component passes every check, between samples too."""
-    signs: tuple[Sign, ...] = ("positive", "negative")
-    for sign in signs:
-        region = admissible_region(vehicle, sign=sign, accuracy=1e-4)
-        assert region.components
-        for part in region.components:
-            corners = np.asarray(part.exterior.coords)[:-1]
-            report = check_gait(lift(corners, "red", vehicle=vehicle))
-            assert report.flyable, (
-                sign,
-                [check.message for check in report.checks if not check.ok],
-            )
+def test_the_border_of_every_component_is_a_flyable_gait(
+    vehicle: Vehicle, sign: Sign
+) -> None:
+    region = admissible_region(vehicle, sign=sign, accuracy=1e-4)
+    assert region.components
+    for part in region.components:
+        corners = np.asarray(part.exterior.coords)[:-1]
+        report = lift(corners, "red", vehicle=vehicle).check()
+        assert report.flyable, report.reason
 
 
 @pytest.mark.parametrize("kind", ["published", "printed", "exact"])
-def test_the_border_of_every_valid_component_is_a_valid_gait(kind: Any) -> None:
-    coefficients = coefficients_of(kind=kind)
-    for part in admissible_region(
-        require="valid", coefficients=coefficients, accuracy=1e-3
-    ).components:
-        assert check_gait(
-            lift(
-                np.asarray(part.exterior.coords)[:-1], "red", coefficients=coefficients
-            )
-        ).valid
-
-
-@pytest.mark.parametrize("kind", ["published", "printed", "exact"])
-def test_certain_determinant_covers_what_digits_can_change(kind: Any) -> None:
-    coefficients, exact = coefficients_of(kind=kind), coefficients_of(kind="exact")
-    alpha = red(np.random.default_rng(2).uniform(-HALF_PI, HALF_PI, (20000, 2)))
-    resolution = level_determinant_resolution(alpha, coefficients)
-    least = certain_determinant(coefficients)
-    off = np.abs(
-        level_determinant(alpha, coefficients) - level_determinant(alpha, exact)
-    )
-    assert (off + resolution <= least).all()
-    assert least < 10 * (off + resolution).max()
+def test_what_is_valid_is_certain_for_the_digits_of_the_coefficients(kind: Any) -> None:
+    numbers = coefficients_of(kind=kind)
+    region = admissible_region(require="valid", coefficients=numbers, accuracy=1e-3)
+    for part in region.components:
+        corners = np.asarray(part.exterior.coords)[:-1]
+        assert lift(corners, "red", coefficients=numbers).check().valid
+    points = np.random.default_rng(2).uniform(-HALF_PI, HALF_PI, (20000, 2))
+    exact = level_determinant(red(points), EXACT)
+    off = np.abs(level_determinant(red(points), numbers) - exact)
+    off += level_determinant_resolution(red(points), numbers)
+    least = certain_determinant(numbers)
+    assert off.max() <= least < 10 * off.max()
 
 
 def test_admissible_is_the_intersection_of_its_conditions() -> None:
@@ -452,75 +415,68 @@ def test_admissible_is_the_intersection_of_its_conditions() -> None:
         keep_in=[[(0, -1.2), (1.25, -1.2), (1.25, 0), (0, 0)]],
     )
     region = admissible_region(vehicle, zones=zones, sign="negative")
-    together = (
-        sign_region("negative", vehicle)
-        & singular_value_region(0.05, vehicle)
-        & hover_region(vehicle)
-    )
-    together &= thrust_region(2.5 / (0.429 * 9.8), vehicle) & zones_region(zones)
-    assert (
-        region.inner.symmetric_difference(together.inner).area < 2e-3
-    )  # the margins of what checks can decide
+    together = sign_region("negative", vehicle) & hover_region(vehicle)
+    together &= singular_value_region(0.05, vehicle) & zones_region(zones)
+    together &= thrust_region(2.5 / (0.429 * 9.8), vehicle)
+    # But for the margins of what checks can decide.
+    assert region.inner.symmetric_difference(together.inner).area < 2e-3
     assert together.outer.buffer(1e-5).covers(region.inner)
     assert len(region.conditions) == 5
-    assert admissible_region(vehicle, sign="negative") is admissible_region(
-        vehicle, sign="negative"
-    )  # built once
+    assert admissible_region(vehicle) is admissible_region(vehicle)  # built once
+
+
+@pytest.mark.parametrize("sign", SIGNS)
+@pytest.mark.parametrize(("floor", "accuracy"), [(1e-5, 1e-4), (0.05, 0.1)])
+def test_a_region_of_one_sign_is_enclosed_where_the_floor_is_small(
+    sign: Sign, floor: float, accuracy: float
+) -> None:
+    vehicle = vehicle_named("beetle_art")
+    points = np.random.default_rng(1).uniform(-HALF_PI, HALF_PI, (4000, 2))
+    R = level_determinant(red(points), coefficients_of(vehicle, "exact"))
+    rough = admissible_region(vehicle, sign=sign, floor=floor, accuracy=accuracy)
+    assert rough.outer.buffer(1e-9).covers(rough.inner)
+    whole = admissible_region(vehicle, floor=floor, accuracy=1e-6)
+    inside = whole.contains(points) & (WANTED[sign] * R > 0)
+    assert shapely.covers(rough.outer, shapely.points(points[inside])).all()
 
 
 def test_a_floor_of_zero_leaves_the_sign_to_separate_components() -> None:
-    for sign in SIGNS:
-        region, whole = (
-            admissible_region(sign=sign, floor=0.0),
-            (sign_region(sign) & hover_region()).area,
-        )
-        assert whole - 0.02 < region.area < whole
-        assert "least singular value ≥ 0" in [
-            condition.name for condition in region.conditions
-        ]
+    region = admissible_region(sign="positive", floor=0.0)
+    whole = (sign_region("positive") & hover_region()).area
+    assert whole - 0.02 < region.area < whole
+
+
+# Questions
 
 
 def test_components_that_touch_are_joined() -> None:
-    region = admissible_region()
-    areas = [part.area for part in region.components]
-    assert areas == sorted(areas, reverse=True)
-    assert (
-        repr(region)
-        == "<Region: 4.748 rad² in 5 components, accuracy 1e-06 rad, 3 conditions>"
-    )
-    corners = [
-        (0.0, 0.0, 0.8, 0.8),
-        *((-k - 1, -k - 1, -k, -k) for k in range(6)),
-        (1.6, 1.6, 2.4, 2.4),
-    ]
-    shape = shapely.MultiPolygon([shapely.box(*one) for one in corners])
+    steps = [(-k - 1, -k - 1, -k, -k) for k in range(6)]
+    boxes = [(0.0, 0.0, 0.8, 0.8), *steps, (1.6, 1.6, 2.4, 2.4)]
+    shape = shapely.MultiPolygon([shapely.box(*box) for box in boxes])
     region = Region(inner=shape, outer=shape, accuracy=0.0)
     assert region.joined((-5.5, -5.5), (0.5, 0.5))
     assert not region.joined((-0.5, -0.5), (2.0, 2.0))
     assert not region.joined((-0.5, -0.5), (1.2, 1.2))
-    assert (
-        str(region).splitlines()[0].endswith("7.28 rad² in 8 components, exact borders")
-    )
-    assert str(region).splitlines()[-1] == "  … and 2 more"
+    first, *_, last = str(region).splitlines()
+    assert first.endswith("7.28 rad² in 8 components, exact borders")
+    assert last == "  … and 2 more"
+    shown = repr(admissible_region())
+    assert shown.startswith("<Region: 4.748 rad² in 5 components, accuracy 1e-06 rad")
 
 
-def test_nearest_point() -> None:
-    region = admissible_region(
-        zones=Zones(keep_out=[[(0.3, -0.9), (1.1, -0.8), (0.5, -0.3)]])
-    )
+def test_the_nearest_point_is_inside_also_as_it_is_printed() -> None:
+    hole = [(0.3, -0.9), (1.1, -0.8), (0.5, -0.3)]
+    region = admissible_region(zones=Zones(keep_out=[hole]))
     for point in np.random.default_rng(0).uniform(-2.0, 2.0, (60, 2)):
-        found = region.nearest(point)
-        assert found is not None
-        assert region.contains(found)[0]
-        assert region.nearest(found) == found
-        assert math.dist(found, point) == pytest.approx(
-            region.inner.distance(shapely.Point(point)), abs=1e-12
-        )
-        printed = [
-            float(part) for part in re.findall(r"-?\d+\.\d+", region.as_text(found))
-        ]
+        nearest = region.nearest(point)
+        assert nearest is not None
+        assert region.contains(nearest)[0]
+        distance = region.inner.distance(shapely.Point(point))
+        assert math.dist(nearest, point) == pytest.approx(distance, abs=1e-12)
+        texts = re.findall(r"-?\d+\.\d+", region.as_text(nearest))
+        printed = [float(text) for text in texts]
         assert region.contains(printed)[0]
-        assert math.dist(printed, found) < 2e-4
+        assert math.dist(printed, nearest) < 2e-4
 
 
 @pytest.mark.parametrize(
@@ -535,41 +491,118 @@ def test_nearest_point() -> None:
     ],
 )
 def test_why_not_names_the_condition(point: tuple[float, float], reason: str) -> None:
-    polygons: list[Points] = [
-        [(1.5, 1.5), (3, 2), (3, 3)],
-        [(-0.4, 0.2), (-0.2, 0.2), (-0.2, 0.4), (-0.4, 0.4)],
-    ]
-    zones = Zones(keep_out=polygons, keep_in=[[(-1, -1), (1, -1), (1, 1), (-1, 1)]])
-    region = admissible_region(
-        PAPER.replace(max_tilt=1.2), sign="positive", zones=zones
+    zones = Zones(
+        keep_out=[
+            [(1.5, 1.5), (3, 2), (3, 3)],
+            [(-0.4, 0.2), (-0.2, 0.2), (-0.2, 0.4), (-0.4, 0.4)],
+        ],
+        keep_in=[[(-1, -1), (1, -1), (1, 1), (-1, 1)]],
     )
+    vehicle = PAPER.replace(max_tilt=1.2)
+    region = admissible_region(vehicle, sign="positive", zones=zones)
     assert reason in (region.why_not(point) or "")
     assert region.why_not((-0.5, 0.5)) is None
-    assert {condition.broken_at(-0.5, 0.5) for condition in region.conditions} == {None}
+
+
+# Servo margins (docs/theory.md, 22)
+
+
+@pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
+@pytest.mark.parametrize(
+    ("margin", "drag_ratio"), [(0.12, 0.06), (0.4, 0.169), (0.78, 0.5)]
+)
+def test_without_a_floor_a_servo_margin_leaves_the_square_of_the_theory(
+    margin: float, drag_ratio: float, spin: str
+) -> None:
+    vehicle = Vehicle(drag_ratio=drag_ratio, first_rotor_spin=spin)
+    side = 1 if spin == "clockwise" else -1
+    delta = side * math.atan(drag_ratio)
+    low, high = sorted((delta - side * margin, delta - side * (HALF_PI - margin)))
+    expected = shapely.box(low, -high, high, -low)
+    region = servo_margin_region(margin, vehicle, sign="positive", floor=0.0)
+    largest = max(region.outer.geoms, key=lambda other: other.area)
+    for part in (region.components[0], largest):
+        assert shapely.hausdorff_distance(part, expected) < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_point_is_inside_exactly_if_no_corner_of_its_errors_breaks_a_condition(
+    seed: int,
+) -> None:
+    rng = np.random.default_rng(seed)
+    vehicle = square(float(rng.uniform(0.05, 0.6)))
+    if seed % 3:
+        vehicle = some_servo_vehicle(rng)
+    floor, margin = (0.0, 0.05, 0.1)[seed % 3], float(rng.uniform(0.02, 0.3))
+    sign: Sign = ("positive", "negative")[seed % 2]
+    region = servo_margin_region(margin, vehicle, sign=sign, floor=floor)
+    points = rng.uniform(-HALF_PI, HALF_PI, (100, 2))
+    if region.components:
+        low, high = np.reshape(region.outer.bounds, (2, 2))
+        near = rng.uniform(low - 0.02, high + 0.02, (100, 2))
+        points = np.vstack([points, near])
+    points = np.clip(points, -HALF_PI, HALF_PI)
+    R: Any = level_determinant(red(points), coefficients_of(vehicle, "exact"))
+    enclosed = np.array(shapely.covers(region.outer, shapely.points(points)))
+    errors = margin * np.array(list(product((-1.0, 1.0), repeat=4)))
+    for k, alpha in enumerate(red(points)):
+        bears = WANTED[sign] * R[k] > 0
+        bears = bears and all(holds(vehicle, floor, alpha + e, 0.0) for e in errors)
+        assert bears or not region.contains(points[k])[0]
+        assert enclosed[k] or not bears
+
+
+def test_servo_margins_nest_and_only_what_flies_has_one() -> None:
+    wide, narrow, none = (
+        admissible_region(sign="positive", servo_margin=margin)
+        for margin in ("5deg", "12deg", 0.0)
+    )
+    assert shapely.covers(wide.outer, narrow.inner)
+    assert narrow.why_not((0.0, 0.0)) == "servo margin must be ≥ 12°, got 8.16°"
+    assert none.inner.equals(admissible_region(sign="positive").inner)
+    with pytest.raises(gg.InputError, match="servo_margin must be 0 with require"):
+        admissible_region(require="valid", servo_margin=0.1)
+    with pytest.raises(gg.InputError, match="servo_margin must be an angle from 0"):
+        admissible_region(servo_margin="100deg")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_is_called_borne_is_borne_and_what_was_found_to_break_is_not(
+    seed: int,
+) -> None:
+    rng = np.random.default_rng(seed)
+    points = None
+    while points is None:
+        vehicle = some_servo_vehicle(rng)
+        points = some_gait(vehicle, rng)
+    margin = servo_margin(points, vehicle)
+    assert margin.found is not None
+    for size in (margin.proven, 0.99 * margin.found):
+        assert bears_servo_errors(points, size, vehicle)
+    assert not bears_servo_errors(points, 1.006 * margin.found, vehicle)
+
+
+# Sums of cosines, and their borders
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_waves_add_multiply_and_bend(seed: int) -> None:
-    def some(seed: int) -> CosineSum:
-        rng = np.random.default_rng(seed)
-        return CosineSum(
-            np.column_stack(
-                [rng.normal(size=3), rng.integers(-2, 3, (3, 2)), rng.uniform(0, 6, 3)]
-            )
-        )
+    rng = np.random.default_rng(seed)
 
-    one, two = some(seed), some(seed + 100)
-    at = np.random.default_rng(seed).uniform(-3, 3, (50, 2))
-    np.testing.assert_allclose(
-        (one * two + 0.5).at(at), one.at(at) * two.at(at) + 0.5, atol=1e-12
-    )
+    def some() -> CosineSum:
+        turns, phases = rng.integers(-2, 3, (3, 2)), rng.uniform(0, 6, 3)
+        return CosineSum(np.column_stack([rng.normal(size=3), turns, phases]))
+
+    one, two, at = some(), some(), rng.uniform(-3, 3, (50, 2))
+    expected = one.at(at) * two.at(at) + 0.5
+    np.testing.assert_allclose((one * two + 0.5).at(at), expected, atol=1e-12)
     angle, step = 0.7 * seed, 1e-4
     along = np.tile([math.cos(angle), math.sin(angle)], (50, 1))
+    left = np.column_stack([-along[:, 1], along[:, 0]])
     ahead, behind = one.at(at + step * along), one.at(at - step * along)
     value, slope, side, bend = one.along(at, along)
     np.testing.assert_allclose(value, one.at(at), atol=1e-12)
     np.testing.assert_allclose((ahead - behind) / (2 * step), slope, atol=1e-6)
-    left = np.column_stack([-along[:, 1], along[:, 0]])
     np.testing.assert_allclose(one.along(at, left)[1], side, atol=1e-12)
     bends = (ahead - 2 * one.at(at) + behind) / step**2
     np.testing.assert_allclose(bends, bend, atol=1e-6)
@@ -577,33 +610,30 @@ def test_waves_add_multiply_and_bend(seed: int) -> None:
     assert cosine(2, -1, size=-3.0).most(3) == pytest.approx(3 * 5**1.5)
 
 
-def test_deviation_bounds_how_far_a_circle_is_from_its_chords() -> None:
-    """cos x + cos y = 2 − ε is nearly a circle; its true distance from a chord is known by bisection."""
+def test_deviation_bounds_how_far_a_curve_is_from_its_chords() -> None:
+    """cos x + cos y = 2 − ε: its true distance from a chord by bisection along rays."""
     level = 2 - 0.02
     border = Border(rest=cosine(1, 0) + cosine(0, 1) + -level)
 
-    def at(angle: float) -> np.ndarray[Any, Any]:
-        low, high = 0.0, 1.0
-        for _ in range(80):
+    def at(angle: FloatArray) -> FloatArray:
+        rays = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        low, high = np.zeros(len(rays)), np.ones(len(rays))
+        for _ in range(60):
             middle = (low + high) / 2
-            inside = (
-                math.cos(middle * math.cos(angle)) + math.cos(middle * math.sin(angle))
-                > level
-            )
-            low, high = (middle, high) if inside else (low, middle)
-        return np.array([low * math.cos(angle), low * math.sin(angle)])
+            inside = np.cos(middle[:, None] * rays).sum(axis=1) > level
+            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+        return low[:, None] * rays
 
     for first, second in pairwise(np.linspace(0, 2 * math.pi, 60)):
-        p, q = at(first), at(second)
+        arc = at(np.linspace(first, second, 9))
+        p, q = arc[0], arc[-1]
         bound = float(border.deviation(p[None], q[None], 0.004)[0])
-        normal = np.array([-(q - p)[1], (q - p)[0]]) / np.hypot(*(q - p))
-        true = max(
-            abs(float((at(angle) - p) @ normal))
-            for angle in np.linspace(first, second, 9)
-        )
+        normal = np.array([-(q - p)[1], (q - p)[0]]) / math.dist(p, q)
+        true = np.abs((arc - p) @ normal).max()
         assert true <= bound < 2 * true
     # A rectangle that reaches the other side of the circle certifies nothing.
-    assert border.deviation(at(0.0)[None], at(0.1)[None], 0.4)[0] == np.inf
+    p, q = at(np.array([0.0, 0.1]))
+    assert border.deviation(p[None], q[None], 0.4)[0] == np.inf
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -613,17 +643,12 @@ def test_zeros_of_degree_two(seed: int) -> None:
         a = np.array([-1.0, 1.0, 0.0, 0.0, 0.0])  # cos x − 1: a double zero
 
     def value(x: Any) -> Any:
-        return (
-            a[0]
-            + a[1] * np.cos(x)
-            + a[2] * np.sin(x)
-            + a[3] * np.cos(2 * x)
-            + a[4] * np.sin(2 * x)
-        )
+        waves = np.cos(x), np.sin(x), np.cos(2 * x), np.sin(2 * x)
+        return a[0] + np.tensordot(a[1:], np.stack(waves), axes=1)
 
-    found = zeros_of_degree_two(value, 2 * math.pi)
+    zeros = zeros_of_degree_two(value, 2 * math.pi)
     x = np.linspace(-math.pi, math.pi, 20001)
-    changes = x[:-1][np.sign(value(x[:-1])) * np.sign(value(x[1:])) < 0]
-    assert all(np.abs(found - change).min() < 1e-3 for change in changes)
-    assert seed or np.abs(found).min() < 1e-6
-    assert (np.abs(value(found)) < 1e-3).all()
+    changes = x[:-1][value(x[:-1]) * value(x[1:]) < 0]
+    assert all(np.abs(zeros - change).min() < 1e-3 for change in changes)
+    assert seed or np.abs(zeros).min() < 1e-6
+    assert (np.abs(value(zeros)) < 1e-3).all()
