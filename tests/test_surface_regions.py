@@ -52,7 +52,6 @@ from tests.test_error_margins import (
     holds,
     some_gait,
     some_vehicle as some_servo_vehicle,
-    square,
 )
 
 if TYPE_CHECKING:
@@ -530,7 +529,7 @@ def test_a_point_is_inside_exactly_if_no_corner_of_its_errors_breaks_a_condition
     seed: int,
 ) -> None:
     rng = np.random.default_rng(seed)
-    vehicle = square(float(rng.uniform(0.05, 0.6)))
+    vehicle = Vehicle(drag_ratio=float(rng.uniform(0.05, 0.6)))
     if seed % 3:
         vehicle = some_servo_vehicle(rng)
     floor, margin = (0.0, 0.05, 0.1)[seed % 3], float(rng.uniform(0.02, 0.3))
