@@ -196,7 +196,7 @@ def test_without_a_gait_the_vehicle_stands_as_at_the_first_waypoint(
 ) -> None:
     state = {"waypoints": waypoints, "color": color, "sign": "negative"}
     posture = plan_answer(state)["posture"]
-    shares = [None] * 4
+    shares: Any = [None] * 4
     if color != "blue":
         shares = pytest.approx(matrices.hover_thrust_shares(alpha), abs=1e-5)
     assert posture["alpha"] == pytest.approx(alpha, abs=1e-4)
@@ -346,7 +346,11 @@ def test_corners_whose_attitudes_are_drawn_are_bounded(
 
 def test_the_request_of_a_downloaded_file_comes_back_as_a_state() -> None:
     bar = [[1, 1], [1.2, 1], [1, 1.2]]
-    others = {"drag_ratio": 0.25, "law": "equal-time", "keep_out": [bar]}
+    others: dict[str, Any] = {
+        "drag_ratio": 0.25,
+        "law": "equal-time",
+        "keep_out": [bar],
+    }
     found = table_answer("x.json", table_of_state(**others))["request"]
     state = of_gait(3, samples=40, coefficients="exact", **others)
     assert DEFAULTS | found == DEFAULTS | state
@@ -634,10 +638,13 @@ def test_all_work_can_be_stopped(
 
 def test_the_last_plans_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
+
+    def plan(request: Any, progress: Any) -> Any:
+        asked.append(request)
+        return request
+
     monkeypatch.setattr(queries, "_plans", {})
-    monkeypatch.setattr(
-        queries, "plan", lambda request, progress: asked.append(request) or 1
-    )
+    monkeypatch.setattr(queries, "plan", plan)
     states = [state_of({"period": 1 + k}) for k in range(17)]
     for state in [*states[:16], states[0], states[16], states[0], states[1]]:
         queries.planned(state)

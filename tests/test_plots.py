@@ -58,8 +58,10 @@ def points_in_space(name: str, **options: Any) -> dict[str, np.ndarray]:
     for drawn in scatters(space):
         points = np.ma.getdata(np.column_stack(drawn._offsets3d))
         layers.setdefault(color_of(drawn), []).append(points)
-    points = {color: np.concatenate(layers[color]) for color in layers}
-    return {color: rows[np.lexsort(rows.T[::-1])] for color, rows in points.items()}
+    return {
+        color: np.unique(np.concatenate(parts), axis=0)
+        for color, parts in layers.items()
+    }
 
 
 def lines_of(ax: Axes, gid: str) -> list[np.ndarray]:
@@ -302,7 +304,8 @@ def test_singular_value_map(ax: Axes, vehicle: gg.Vehicle) -> None:
     assert filled.levels[0] == 0
     assert filled.levels[-1] >= values.max()  # no holes
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
-        found = least_singular_value_on_red(*path.vertices.T, vehicle)
+        places = np.asarray(path.vertices)
+        found = least_singular_value_on_red(places[:, 0], places[:, 1], vehicle)
         assert found == pytest.approx(level, abs=0.02)
 
 

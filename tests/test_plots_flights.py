@@ -186,7 +186,7 @@ def test_the_map_marks_each_outcome_with_a_shape_of_its_own(basin: Basin) -> Non
     assert len(shapes) == len(OUTCOMES)
     ax = basin_map(basin, name="Gait 3")
     marks = [line for line in ax.lines if line.get_gid() == "outcome"]
-    assert sum(len(mark.get_xydata()) for mark in marks) == 9
+    assert sum(np.size(mark.get_xdata()) for mark in marks) == 9
     (settled,) = (mark for mark in marks if mark.get_marker() == "o")
     expected = basin.angles[np.argwhere(basin.settled)]
     assert np.asarray(settled.get_xydata()) == pytest.approx(expected)
