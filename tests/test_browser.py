@@ -433,20 +433,6 @@ def test_the_loop_follows_a_drag_and_undo_takes_it_back(page: Page) -> None:
     page.planned()
 
 
-@pytest.mark.parametrize("after", [GAIT_3, "waypoints=pi/8,-3pi/8"])
-def test_a_waypoint_that_is_gone_is_not_dragged_on(page: Page, after: str) -> None:
-    page.open(f"{GAIT_3};-pi/8,pi/8")
-    page.drag((-2 * STEP, 2 * STEP), (-3 * STEP, 3 * STEP))
-    if after == GAIT_3:
-        page.keys(DELETE)
-    else:
-        page.js("location.hash = arguments[0]", after)
-    page.at(after)
-    page.mouse("Moved", -4 * STEP, 3 * STEP)
-    page.mouse("Released", -4 * STEP, 3 * STEP)
-    page.at(after)
-
-
 def test_the_address_holds_everything(page: Page) -> None:
     state = f"{GAIT_3}&keep_out=pi/4,-3pi/16;5pi/16,-3pi/16;5pi/16,-5pi/16;0.8,-0.9"
     state += "&keep_in=0,0.1;pi/2,0.1;pi/2,-pi/2;0,-pi/2&objective=robust&period=2.5&theme=dark"
@@ -634,22 +620,6 @@ def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(
     # The map becomes blue, and says so; nothing there is shaded as a value.
     page.until(lambda: page.text("map-note").startswith("No red gait through"))
     page.until(lambda: page.text("legend") == "R = 0 in exact physics")
-
-
-@pytest.mark.parametrize(
-    ("state", "headline"),
-    [
-        ("waypoints=3pi/8,-3pi/8", "One posture"),
-        (
-            "waypoints=pi/8,pi/8&require=valid",
-            "△One posture, not flyable, obeys the paper’s rules",
-        ),
-    ],
-)
-def test_one_waypoint_is_a_posture(page: Page, state: str, headline: str) -> None:
-    page.open(state)
-    page.shows(headline)
-    assert page.count("[data-key=passed]:not([open])") == 1
 
 
 def test_the_map_follows_the_drag_ratio_while_it_is_dragged(page: Page) -> None:

@@ -34,7 +34,7 @@ STRONG = PAPER.replace(name="strong drag", drag_ratio=1.3, first_arm_angle=0.4)
 
 
 def test_servos_obey_their_lag_and_their_largest_rate() -> None:
-    """A lag with a limit is right to first order in the step; a limit alone is used up where the arm is late."""
+    """Right to first order in the step."""
     sizes = np.array([1.0, 0.5, 0.2, -1.0])
     t = np.linspace(0.0, 1.0, 401)
     command = np.outer(np.sin(2 * math.pi * t), sizes)
@@ -49,13 +49,6 @@ def test_servos_obey_their_lag_and_their_largest_rate() -> None:
     error = np.abs(fine - exact).max()
     assert 2 * error < np.abs(coarse - exact[::4]).max() < 0.01
     assert np.abs(np.diff(fine, axis=0)).max() <= 3.0 * 0.0025 * (1 + 1e-12)
-
-    reached = servo_response(command, 0.0025, rate=2.0)
-    ahead = command[1:] - reached[:-1]
-    is_late = np.abs(reached[1:] - command[1:]) >= 1e-12
-    moved = np.diff(reached, axis=0)[is_late]
-    assert 0 < is_late.mean() < 1
-    assert moved == pytest.approx(2.0 * 0.0025 * np.sign(ahead[is_late]))
 
 
 @by_vehicle(PAPER, BEETLE, STRONG)

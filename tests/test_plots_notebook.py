@@ -166,28 +166,13 @@ def test_the_repr_of_a_vehicle_makes_it_again() -> None:
 
 OUT = gg.lift(CORNERS, "red")
 GEOMETRY = gg.invertibility.Geometry.of_vehicle("paper")
-SLOW = gg.Limits(rate=[0, 6, 6, 6], acceleration=60)
-PAIR = [(0.5, 0.5), (0.6, 0.6)]
 
 
 @pytest.mark.parametrize(
     ("make", "start"),
     [
-        (lambda: gg.least_period(RED, LIMITS), "<LeastPeriod: period 0."),
-        (lambda: gg.least_period(RED, SLOW), "<LeastPeriod: no period>"),
         (lambda: gg.timing.rounded(RED, "2deg"), "<Rounding: 4 corners"),
         (lambda: gg.timing.rounded(RED, "2deg").curve, "<Curve: red, "),
-        (lambda: gg.transition("hover", RED), "<Transition: infeasible>"),
-        (lambda: gg.transition("hover", OUT), "<Transition: 2 corners"),
-        (lambda: gg.retarget(BLUE), "<Retargeted: The nearest flyable gait stands"),
-        (
-            lambda: gg.optimal_gait(PAIR, radius=0.05),
-            "<OptimalGait: infeasible, 2 discs>",
-        ),
-        (
-            lambda: gg.robustness_of(RED, curves=0),
-            "<RobustnessReport: <Robustness of the gait itself: tilt margin 90.00°",
-        ),
         (lambda: gg.plan_loop(CORNERS).loop, "<Loop: red, R > 0, 3 corners"),
         (
             lambda: gg.surface.root_arrays([0.1] * 100, 0.2),
@@ -202,10 +187,6 @@ PAIR = [(0.5, 0.5), (0.6, 0.6)]
         (lambda: gg.flight.from_hover(OUT), "<Course: hover, entry, gait, exit, hover"),
         (lambda: gg.io.servo_map_named("x_frame"), "<ServoMap: 'x_frame', joints "),
         (lambda: gg.location_of([(-0.3, 0.3)]), "<Location: 2 flyable regions, 1 "),
-        (
-            lambda: gg.validation.validate_geometry(RED.alpha, GEOMETRY),
-            "<Report: Flyable: yes.",
-        ),
         (lambda: GEOMETRY, "<Geometry: 4 rotors, L = 0.1785 m>"),
         (lambda: gg.planning.Replanner(rate=3.0), "<Replanner: <Region: "),
         (lambda: LIMITS, "Limits(rate=[6.0, 6.0, 6.0, 6.0], acceleration=[90.0"),
