@@ -415,6 +415,21 @@ def test_a_certificate_of_the_downloaded_rows_is_offered_or_refused(
             file_answer({"state": state})
 
 
+def test_files_travel_through_the_server(client: Client) -> None:
+    query = json.dumps({"state": of_gait(3), "suffix": ".csv"}).encode()
+    download = client.sent(
+        "POST", f"/{TOKEN}/api/download", {"content-type": JSON}, [{"body": query}]
+    )
+    status, headers, content = asyncio.run(download)
+    assert status == 200
+    assert headers["content-disposition"] == "attachment; filename=gait.csv"
+    path = f"/{TOKEN}/api/table?name=my%20gait.csv"
+    stated = {"content-type": "application/octet-stream"}
+    table = client.sent("POST", path, stated, [{"body": content}])
+    answer = json.loads(asyncio.run(table)[2])
+    assert (answer["name"], answer["flyable"]) == ("my gait.csv", True)
+
+
 # What the page starts from
 
 
@@ -526,6 +541,7 @@ TRIANGLE = [[0, 0], [0.1, 0], [0, 0.1]]
         ("vehicle", "/etc/vehicle.toml"),
         ("drag_ratio", 0.019),
         ("accuracy", 0.9e-5),
+        ("samples", 1.5),
         ("eta", 1.1),
         ("nothing", 0),
     ],
@@ -673,6 +689,17 @@ def test_a_real_server_is_asked_and_interrupted() -> None:
             process.kill()
     assert process.returncode == 130
     assert (out, err) == ("", "gaitgraph: interrupted\n")
+
+
+def test_without_its_libraries_it_says_what_to_install(
+    run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, server.__name__)
+    monkeypatch.setitem(sys.modules, "starlette.applications", None)
+    done = run("explore")
+    assert done.code == 2
+    assert "The explorer needs starlette" in done.err
+    assert "gaitgraph[explore]" in done.err
 
 
 def test_a_port_that_is_taken(run: Any) -> None:

@@ -59,6 +59,7 @@ def test_a_red_gait_settles_from_everywhere_without_a_thrust_limit() -> None:
     assert basin.outcomes == {"settled": 9}
     assert 100 < basin.peak_share.max() < 200  # which no rotor has
     assert basin.seconds.max() < 0.7
+    assert f"with {basin.peak_share.max():.3g} times" in str(basin)
     assert not basin.warnings
 
 

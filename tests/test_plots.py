@@ -22,7 +22,7 @@ from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.explorer.queries import diagram_of
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.plots.axes import BLUE, GREY, PALETTE, RED
-from gaitgraph.plots.gaits import draw_sheet
+from gaitgraph.plots.gaits import draw_robustness, draw_sheet
 from gaitgraph.surface.sheets import PLANE_TYPES
 from tests.samples import BEETLE, EXACT, PUBLISHED, by_vehicle, gait_of_paper
 
@@ -257,6 +257,11 @@ def test_pictures_reports_and_the_page_say_the_same_of_a_gait(
     figure = Figure()
     draw_sheet(figure, [gait.parametrize()])
     assert legend_of(figure.axes[3])[0].endswith(verdict)
+
+
+def test_a_scaled_gait_has_a_name_of_its_own(ax: Axes) -> None:
+    draw_robustness(ax, gg.robustness_of(GAIT3, scale=0.5, curves=3), "Gait 3")
+    assert legend_of(ax)[1].startswith("Gait 3, scaled by 0.5:")
 
 
 # Regions
