@@ -10,24 +10,11 @@ import pytest
 
 NODE = shutil.which("node")
 FOLDER = Path(__file__).parent / "page"
-OLDEST = 18  # has a runner of tests
 
 
-def is_there() -> bool:
-    """Return whether there is a node that runs tests."""
-    if NODE is None:
-        return False
-    version = subprocess.run(
-        [NODE, "--version"], check=False, capture_output=True, text=True
-    ).stdout
-    return int(version.strip().removeprefix("v").partition(".")[0] or 0) >= OLDEST
-
-
-@pytest.mark.skipif(not is_there(), reason=f"install node {OLDEST} or newer")
+@pytest.mark.skipif(NODE is None, reason="install node 18.18 or newer")
 def test_the_store_and_the_queries_of_the_page() -> None:
-    command = [str(NODE), "--test", *map(str, sorted(FOLDER.glob("*.test.js")))]
-    done = subprocess.run(
-        command, check=False, capture_output=True, text=True, timeout=120
-    )
+    command = [str(NODE), "--test", *map(str, FOLDER.glob("*.test.js"))]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
     assert "# fail 0" in done.stdout
