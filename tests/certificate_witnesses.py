@@ -41,6 +41,7 @@ class Certificate:
         document = json.loads(text)
         vehicle, pieces = document["vehicle"], document["pieces"]
         self.claims = document["claims"]
+        self.is_open = document["path"] == "open"
         spin = 1 if vehicle["first_rotor_spin"] == "clockwise" else -1
         places = [list(map(exact, place)) for place in vehicle["rotor_positions"]]
         drags = [
@@ -83,6 +84,17 @@ class Certificate:
         found = []
         for k, derivatives in enumerate(moved):
             if name == "joints":
+                is_first = k == 0
+                if is_first and self.is_open:
+                    for rate in derivatives[1]:
+                        found.append(fmpq_poly([-abs(rate(0))]))
+                    for rate in moved[-1][1]:
+                        found.append(fmpq_poly([-abs(rate(1))]))
+                    most = exact(claim["acceleration_jump"])
+                    ends = [q(0) for q in derivatives[2]]
+                    ends += [q(1) for q in moved[-1][2]]
+                    found += [fmpq_poly([most - abs(end)]) for end in ends]
+                    continue
                 for order, most in enumerate(
                     ["0", claim["rate_jump"], claim["acceleration_jump"]]
                 ):

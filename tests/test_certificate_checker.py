@@ -427,9 +427,10 @@ def made(vehicle: Vehicle = PAPER, smooth: bool = True) -> dict[str, Any]:
         if name != "joints":
             claim["cover"] = [[f"{k}/{count}" for k in range(count + 1)]] * 3
     return {
-        "format": "gaitgraph certificate 2",
+        "format": "gaitgraph certificate 3",
         "made_by": "hand",
         "deviation": "0.000001",
+        "path": "closed",
         "vehicle": json.loads(json.dumps(stated_vehicle(vehicle), default=str)),
         "pieces": pieces,
         "claims": claims,
@@ -479,11 +480,12 @@ def test_the_answer_says_what_is_proved_and_where_something_is_not() -> None:
     assert (answer["proved"], answer["flyable"], len(answer["lines"])) == (
         True,
         True,
-        7,
+        8,
     )
     assert answer["vehicle"] == document["vehicle"]
-    assert answer["lines"][:2] == [
+    assert answer["lines"][:3] == [
         f"vehicle {json.dumps(document['vehicle'])}",
+        "path closed: it ends where it begins, and may be repeated",
         'proved: joints {"rate_jump": "0", "acceleration_jump": "0"}',
     ]
     assert answer["values"]["tilt"].keys() == {"at_least", "at_most"}
@@ -493,7 +495,7 @@ def test_the_answer_says_what_is_proved_and_where_something_is_not() -> None:
     assert (answer["proved"], answer["flyable"], len(answer["lines"])) == (
         False,
         False,
-        7,
+        8,
     )
     line = f'NOT proved: sign_of_R {{"sign": "{sign}"}} on piece 0 from 0 to 1/16'
     assert line in answer["lines"]
@@ -529,6 +531,61 @@ def test_jumps_at_joints_are_compared_with_what_is_stated() -> None:
         assert checked(apart)["claims"]["joints"] == f"at the start of piece {start}"
 
 
+def opened(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the first two pieces of a document, as a path that is run once."""
+    claims = {"joints": {"rate_jump": "99", "acceleration_jump": "0"}}
+    pieces = document["pieces"][:2]
+    return {**document, "pieces": pieces, "claims": claims, "path": "open"}
+
+
+def joints_of(document: dict[str, Any]) -> str:
+    return str(checked(document)["claims"]["joints"])
+
+
+def test_an_open_path_need_not_end_where_it_begins() -> None:
+    document = opened(made())
+    answer = checked(document)
+    assert (answer["proved"], answer["path"]) == (True, "open")
+    assert answer["lines"][1] == "path open: it is run once, at rest at both ends"
+    assert joints_of({**document, "path": "closed"}) == "at the start of piece 0"
+    apart = changed(document, "pieces", 1, "alpha", 0, 0, to="0.9000000001")
+    assert joints_of(apart) == "at the start of piece 1"
+    assert joints_of({**made(), "path": "open"}) == ""
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+@pytest.mark.parametrize(("piece", "place"), [(0, 0), (1, 2)])
+def test_an_open_path_rests_at_both_ends(joint: int, piece: int, place: int) -> None:
+    """No claim of joints allows a rate at an end, and that of accelerations holds there."""
+    document = opened(made())
+    for power, jump in ((1, "99"), (2, "0")):
+        # A little of x (1 - x)⁴, which moves at x = 0, or of x² (1 - x)³, which turns there.
+        bump = [F(0)] * power + [F(1, 10**30)]
+        for _ in range(5 - power):
+            bump = [a - b for a, b in zip([*bump, F(0)], [F(0), *bump], strict=True)]
+        if piece == 1:
+            bump = check.moved(bump, F(1), F(-1))
+        curve = [F(a) for a in document["pieces"][piece]["alpha"][joint]]
+        curve += [F(0)] * (6 - len(curve))
+        sums = [str(a + b) for a, b in zip(curve, bump, strict=True)]
+        other = changed(document, "pieces", piece, "alpha", joint, to=sums)
+        stated = with_claim(other, "joints", jump, "acceleration_jump")
+        assert joints_of(stated) == f"at the start of piece {place}"
+        free = with_claim(other, "joints", "99", "acceleration_jump")
+        assert (joints_of(free) == "") == (power == 2)
+
+
+def test_a_gait_in_motion_where_it_begins_is_no_open_path() -> None:
+    moving = made(smooth=False)
+    assert joints_of(moving) == ""
+    assert joints_of({**moving, "path": "open"}) == "at the start of piece 0"
+    document = opened(made())
+    for piece, place in ((0, 0), (1, 2)):
+        other = changed(document, "pieces", piece, to=moving["pieces"][piece])
+        other = with_claim(other, "joints", "99", "acceleration_jump")
+        assert joints_of(other) == f"at the start of piece {place}"
+
+
 def test_each_interval_of_a_cover_is_proved_by_itself() -> None:
     document = only(made(), "rate")
     cover = document["claims"]["rate"]["cover"]
@@ -538,7 +595,8 @@ def test_each_interval_of_a_cover_is_proved_by_itself() -> None:
 
 
 MALFORMED: list[tuple[str, Any]] = [
-    ("format", "gaitgraph certificate 1"),
+    ("format", "gaitgraph certificate 2"),
+    ("path", "opened"),
     ("made_by", 1),
     ("deviation", ""),
     ("deviation", "1/01"),

@@ -46,12 +46,17 @@ VEHICLE = {
     "drag_to_thrust": [POSITIVE, 4],
 }
 FORM = {
-    "format": "gaitgraph certificate 2",
+    "format": "gaitgraph certificate 3",
     "made_by": TEXT,
     "deviation": NUMBER,
+    "path": "closed|open",
     "vehicle": VEHICLE,
     "pieces": [{"alpha": [[NUMBER], 2, 4], "duration": POSITIVE}],
     "claims": CLAIMS,
+}
+PATHS = {
+    "closed": "path closed: it ends where it begins, and may be repeated",
+    "open": "path open: it is run once, at rest at both ends",
 }
 FLYABLE = {"least_singular_value": Fraction("0.05"), "hover_thrust": ZERO}
 """What the claims of a flyable gait are at least."""
@@ -450,12 +455,27 @@ def read(text: str) -> dict[str, Any]:
     return whole
 
 
+def standing(piece: dict[str, Any], share: Fraction) -> dict[str, Any]:
+    """Return a piece that stands still where another one is at a share of its duration."""
+    still = [[value_at(curve, share)] for curve in piece["alpha"]]
+    return {"alpha": still, "duration": Fraction(1)}
+
+
 def unproved(whole: dict[str, Any]) -> dict[str, str]:
-    """Return for each claim the first place where it is not proved, "" if there is none."""
-    level, claims = Level(whole["vehicle"]), whole["claims"]
+    """Return for each claim the first place where it is not proved, "" if there is none.
+
+    An open path is between two pieces that stand still: to and from them rates do not jump.
+    """
+    level, claims, pieces = Level(whole["vehicle"]), whole["claims"], whole["pieces"]
     places = dict.fromkeys(claims, "")
-    before = Piece(whole["pieces"][-1], level)
-    for k, stated in enumerate(whole["pieces"]):
+    before = last = Piece(pieces[-1], level)
+    if whole["path"] == "open":
+        resting = {**claims["joints"], "rate_jump": ZERO}
+        before = Piece(standing(pieces[0], ZERO), level)
+        after = Piece(standing(pieces[-1], Fraction(1)), level)
+        start = Piece(pieces[0], level).gap("joints", resting, 0, before)
+        places["joints"] = start or after.gap("joints", resting, len(pieces), last)
+    for k, stated in enumerate(pieces):
         piece = Piece(stated, level)
         for name, claim in claims.items():
             places[name] = places[name] or piece.gap(name, claim, k, before)
@@ -467,7 +487,7 @@ def check(text: str) -> dict[str, Any]:
     """Return of which vehicle what is proved, and first places where it is not."""
     whole, stated = read(text), json.loads(text)
     places, values = unproved(whole), stated["claims"]
-    lines = [f"vehicle {json.dumps(stated['vehicle'])}"]
+    lines = [f"vehicle {json.dumps(stated['vehicle'])}", PATHS[stated["path"]]]
     for name, place in places.items():
         values[name].pop("cover", None)
         verdict = "NOT proved" if place else "proved"
@@ -483,6 +503,7 @@ def check(text: str) -> dict[str, Any]:
     if proved and lacking:
         lines.append(f"not proved flyable: {', '.join(lacking)}")
     found = {"proved": proved, "flyable": proved and not lacking, "claims": places}
+    found["path"] = stated["path"]
     return found | {"vehicle": stated["vehicle"], "values": values, "lines": lines}
 
 

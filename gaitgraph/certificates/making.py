@@ -12,6 +12,7 @@ import warnings
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ import numpy as np
 from gaitgraph import __version__
 from gaitgraph.angles import angle_within
 from gaitgraph.certificates import check
+from gaitgraph.certificates.open_paths import pieces_along
 from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
 from gaitgraph.files import check_new_files, naming_file, write_whole
 from gaitgraph.gait.given import given_gait
@@ -45,6 +47,7 @@ _ROOM = 0.01  # share by which claims stay below what is attained
 _ROOM_OF_RATES = 0.03
 _LEAST_ROOM = 1e-6  # of angles [rad], rates and so on
 _SLACK = Fraction(1, 10**9)  # of limits, a share of them
+_OPEN_SLACK = Fraction(1, 10**6)  # of an open path, whose pieces are fitted
 _FIGURES = 12  # of a piece's coefficients from the second power on
 _GRID = 15  # digits of angles [rad]
 _SAMPLES = 17  # of a piece, at most
@@ -141,7 +144,7 @@ def certify(
     Parameters
     ----------
     gait
-        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`. With a clock rates and accelerations are
+        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`, or a path from rest to rest. With a clock rates and accelerations are
         claimed too; rows of a table without a law are joined by straight segments.
     vehicle, coefficients
         For tables and files; by default those that the table states, else the paper's vehicle.
@@ -155,7 +158,7 @@ def certify(
     Raises
     ------
     Infeasible
-        If the gait is not flyable or a table is that of a transition, its rows have rates but state no law, or a claim
+        If the gait is not flyable, a path is not at rest at both ends, its rows have rates but state no law, or a claim
         cannot be proved, with the reason and the place.
 
     Examples
@@ -196,6 +199,7 @@ def certify(
         "format": check.FORM["format"],
         "made_by": f"gaitgraph {__version__}",
         "deviation": _rounded(_deviation(stated, given.table), ROUND_CEILING),
+        "path": "open" if stated.is_open else "closed",
         "vehicle": stated.vehicle,
         "pieces": stated.pieces,
         "claims": claims,
@@ -209,8 +213,6 @@ def certify(
 
 def _reason_against(given: GivenGait) -> str:
     """Return why a flyable gait would get no certificate, "" if it can get one."""
-    if not given.repeats:
-        return "it is a path that is run once, and no closed gait"
     table = given.table
     if table is not None and table.motion is None and table.joined_by_cubics:
         return (
@@ -255,14 +257,19 @@ def _rounded(value: float, rounding: str) -> Fraction:
     return Fraction(Context(prec=3, rounding=rounding).create_decimal(value))
 
 
-def _claimed(peak: float, limit: float | None, room: float = _ROOM) -> Fraction:
+def _claimed(
+    peak: float,
+    limit: float | None,
+    room: float = _ROOM,
+    slack: Fraction = _SLACK,
+) -> Fraction:
     """Return what is claimed of a peak: with room, or else the limit, with the slack if that is reached."""
     bound = _rounded(peak * (1 + room) + _LEAST_ROOM, ROUND_CEILING)
     if limit is None or bound <= limit:
         return bound
-    if peak < limit * (1 - 2 * float(_SLACK)):
+    if peak < limit * (1 - 2 * float(slack)):
         return _decimal(limit)
-    return _decimal(limit) * (1 + _SLACK)
+    return _decimal(limit) * (1 + slack)
 
 
 def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
@@ -294,12 +301,17 @@ class _Stated:
         self.timed: Any = path if isinstance(path, TimedGait) else None
         self.gait = path.gait if isinstance(path, TimedGait) else path
         self.vehicle = stated_vehicle(self.gait.vehicle)
-        self.powers, widths, self.is_smooth = self._polynomials()
-        self.off = 0.0
-        self.pieces = [
-            {"alpha": self._alpha(k), "duration": _decimal(width or 1.0)}
-            for k, width in enumerate(widths.tolist())
-        ]
+        self.is_open = isinstance(path, TimedGait) and not path.repeats
+        if isinstance(path, TimedGait) and self.is_open:
+            self.pieces, self.off = pieces_along(path)
+            self.powers = _powers_of(self.pieces)
+        else:
+            self.powers, widths, self.is_smooth = self._polynomials()
+            self.off = 0.0
+            self.pieces = [
+                {"alpha": self._alpha(k), "duration": _decimal(width or 1.0)}
+                for k, width in enumerate(widths.tolist())
+            ]
         level = check.Level(self.vehicle)
         self.curve = [check.Piece(piece, level) for piece in self.pieces]
 
@@ -351,6 +363,18 @@ class _Stated:
         return alpha
 
 
+def _powers_of(pieces: list[dict[str, Any]]) -> FloatArray:
+    """Return the polynomials of exact pieces as floats, highest power first, shape (degree + 1, pieces, angles)."""
+    curves = [piece["alpha"] for piece in pieces]
+    most = max(len(curve) for angles in curves for curve in angles)
+    powers = np.zeros((most, len(curves), len(curves[0])))
+    for k, angles in enumerate(curves):
+        for joint, curve in enumerate(angles):
+            for power, factor in enumerate(curve, start=1):
+                powers[-power, k, joint] = float(factor)
+    return powers
+
+
 def _deviation(stated: _Stated, table: Table | None) -> float:
     """Return how far a gait is from its certificate's curve at most [rad]."""
     deviation: float = 2 * stated.off + 1e-14
@@ -394,7 +418,7 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
     start = check.Arc(piece.level, piece.motion[0], Fraction(0), Fraction(0))
     above = check.sign_of_R(start, {"sign": "positive"})[0].low > 0
     claims: dict[str, Any] = {
-        "joints": _joints(stated.curve),
+        "joints": _joints(_with_ends(stated)),
         "least_singular_value": {"at_least": least["least_singular_value"]},
         "sign_of_R": {"sign": "positive" if above else "negative"},
         "hover_thrust": {"at_least": least["hover_thrust"], "at_most": most},
@@ -419,6 +443,7 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
 def _claims_by_time(timed: Any, vehicle: Vehicle) -> dict[str, Any]:
     """Return the claims of rates, accelerations and, where the vehicle limits it, jerk."""
     claims = {}
+    slack = _SLACK if timed.repeats else _OPEN_SLACK
     for name in ("rate", "acceleration", "jerk"):
         limit = getattr(vehicle, f"max_tilt_{name}")
         peaks = timed.peaks(check.ORDERS[name])
@@ -434,16 +459,27 @@ def _claims_by_time(timed: Any, vehicle: Vehicle) -> dict[str, Any]:
             )
         bounds = []
         for peak, most in zip(peaks.tolist(), four_of(limit), strict=True):
-            bounds.append(_claimed(peak, most, _ROOM_OF_RATES))
+            bounds.append(_claimed(peak, most, _ROOM_OF_RATES, slack))
         claims[name] = {"at_least": [-bound for bound in bounds], "at_most": bounds}
     return claims
 
 
+def _with_ends(stated: _Stated) -> list[check.Piece]:
+    """Return the pieces and what they join at the ends: each other, or for an open path where it rests."""
+    curve = stated.curve
+    if not stated.is_open:
+        return [curve[-1], *curve]
+    start = check.standing(stated.pieces[0], Fraction(0))
+    end = check.standing(stated.pieces[-1], Fraction(1))
+    level = curve[0].level
+    return [check.Piece(start, level), *curve, check.Piece(end, level)]
+
+
 def _joints(curve: list[check.Piece]) -> dict[str, Fraction]:
-    """Return the largest jumps of rates and accelerations from piece to piece, rounded up."""
+    """Return the largest jumps of rates and accelerations from each piece to the next, rounded up."""
     out = {}
     for order, name in enumerate(check.JUMPS, start=1):
-        jumps = [piece.jump(curve[k - 1], order) for k, piece in enumerate(curve)]
+        jumps = [piece.jump(before, order) for before, piece in pairwise(curve)]
         out[name] = _rounded(float(max(jumps)) * (1 + 1e-9), ROUND_CEILING)
     return out
 

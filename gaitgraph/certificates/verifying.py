@@ -132,11 +132,20 @@ def verify(certificate: str | Path, table: str | Path | None = None) -> Verified
             raise InputError("a table that is compared must have t and four angles")
         try:
             off, between = held_against(text, *_exact_rows(rows, Path(table)))
+            off = off or _other_kind(found["path"], rows)
         except ValueError as error:
             raise InputError(f"certificate {str(path)!r}: {error}") from None
     return Verified(
         found=found, table=str(table), rows=len(rows), off=off, between=between
     )
+
+
+def _other_kind(path: str, rows: Table) -> str:
+    """Return that a certificate is of a closed gait and a table of a path, or the other way round; else ""."""
+    if (path == "closed") == rows.repeats:
+        return ""
+    motion = "repeats" if rows.repeats else "is run once"
+    return f"its motion {motion}, and the path of the certificate is {path}"
 
 
 def table_beside(certificate: Path) -> Path | None:
@@ -168,6 +177,7 @@ def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
         text = text_of(beside, "certificate")
         stated = _wrenches_of(read(text)["vehicle"])
         off, _ = held_against(text, *_exact_rows(table, gait_file))
+        off = off or _other_kind(read(text)["path"], table)
     except (InputError, ArithmeticError, LookupError, TypeError, ValueError):
         return f"{name} is no certificate; gaitgraph verify {beside.name} says why"
     if off:

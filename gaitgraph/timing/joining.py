@@ -160,6 +160,24 @@ class RunUp:
         u = math.tanh(_RISE + 1.0)
         return self.periods * self.motion.period + u * self._slowness
 
+    @property
+    def corner_times(self) -> FloatArray:
+        """The times at which it passes the corners of its gait, from 0 to its period [s]."""
+        motion = self.motion
+        whole = self.periods * motion.period
+        turns = np.arange(self.periods)[:, None] * motion.period
+        clock = np.append(turns + motion.corner_times[:-1], whole)
+        if self.stops:
+            clock = whole - clock[::-1]
+        # φ = τ − u/k grows with τ, and u is between 0 and 1.
+        low, high = clock, clock + self._slowness
+        for _ in range(60):
+            tau = (low + high) / 2
+            is_late = tau - np.tanh(tau / self._slowness) * self._slowness > clock
+            low, high = np.where(is_late, low, tau), np.where(is_late, tau, high)
+        times = np.array([0.0, *low[1:-1], self.period])
+        return read_only(self.period - times[::-1] if self.stops else times)
+
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; before and after it those of its ends."""
         tau = np.clip(times_from(t), 0.0, self.period)

@@ -542,7 +542,8 @@ class TimedPath(TimedGait):
     def corner_times(self) -> FloatArray:
         """The times of the corners of the path, from 0 to its duration [s]."""
         times = self.loop.corner_times
-        return times[: len(times) // 2 + 1]
+        # A single corner is left and reached again at the end of the loop.
+        return read_only(np.minimum(times[: len(times) // 2 + 1], self.period))
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; before and after the path those of its ends."""

@@ -1,0 +1,140 @@
+"""Paths that are run once, from rest to rest, as the exact polynomial pieces of a certificate.
+
+Each piece is of the fifth degree and has the angles, rates and accelerations of the path at both ends. That is the path
+itself where its law is such a polynomial. The run-up to a gait is none: its pieces are halved until they are near enough.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import pairwise
+from math import comb
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitgraph.errors import Advice, Infeasible
+from gaitgraph.timing.joining import RunUp, Turns
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.timing.timed_gait import TimedGait
+
+_NEAR = 1e-12  # of pieces to a run-up [rad]
+_SHORTEST = 1e-4  # piece of a run-up, a share of it
+_INSIDE = 1e-13  # share of a motion; how far from the ends of a piece its rates are taken, since they may jump there
+_AT_REST = 1e-9  # share of the largest rate
+_GRID = 15  # digits of angles [rad]
+_DEGREE = 5
+
+
+def pieces_along(path: TimedGait) -> tuple[list[dict[str, Any]], float]:
+    """Return a path as exact pieces, and how far they are from it at most [rad].
+
+    Raises Infeasible if it is not at rest at both ends.
+    """
+    controls, widths, off = [], [], 0.0
+    for motion in _motions_of(path):
+        for start, end in _intervals(motion):
+            control, away = _fitted(motion, start, end)
+            controls.append(control)
+            widths.append(end - start)
+            off = max(off, away)
+    points = np.array(controls)
+    largest = np.abs(path.peaks(1)).max()
+    for end, next_to_it, width in ((0, 1, widths[0]), (-1, -2, widths[-1])):
+        last = -1 if end else 0
+        rates = _DEGREE * (points[last, next_to_it] - points[last, end]) / width
+        if np.abs(rates).max() > _AT_REST * largest:
+            raise Infeasible(
+                "no certificate, since the path is run once and is not at rest at both ends",
+                advice=Advice("use the law 'smooth'", "use --law smooth"),
+            )
+        points[last, next_to_it] = points[last, end]
+    ends = (points[:-1, -1] + points[1:, 0]) / 2
+    points[:-1, -1] = points[1:, 0] = ends
+    if (points[..., :2] == points[..., 2:]).all():
+        points = points[..., :2]
+    pieces = [
+        {"alpha": _curves_of(control), "duration": _decimal(width)}
+        for control, width in zip(points, widths, strict=True)
+    ]
+    return pieces, off
+
+
+def _motions_of(path: Any) -> Iterator[TimedGait | RunUp]:
+    """Yield the motions that make a path, one after another; a gait for each of its periods."""
+    for section in getattr(path, "sections", (path,)):
+        if isinstance(section, Turns):
+            yield from [section.motion] * section.periods
+        else:
+            yield section
+
+
+def _intervals(motion: TimedGait | RunUp) -> Iterator[tuple[float, float]]:
+    """Yield the intervals of a motion that become pieces [s]."""
+    corners = pairwise(motion.corner_times.tolist())
+    todo = [(start, end) for start, end in corners if end > start][::-1]
+    while todo:
+        start, end = todo.pop()
+        is_long = end - start > _SHORTEST * motion.period
+        if is_long and _fitted(motion, start, end)[1] > _NEAR:
+            middle = (start + end) / 2
+            todo += [(middle, end), (start, middle)]
+        else:
+            yield start, end
+
+
+def _fitted(
+    motion: TimedGait | RunUp, start: float, end: float
+) -> tuple[FloatArray, float]:
+    """Return the Bernstein coefficients (6, 4) of a piece, and how far it is from the motion at samples [rad]."""
+    width = end - start
+    inside = _INSIDE * motion.period
+    shares = np.linspace(0.0, 1.0, 17)
+    times = start + shares * width
+    alpha = motion.at(times).alpha
+    _, rates, accelerations = motion.at(np.clip(times, start + inside, end - inside))
+    steps = rates * width / _DEGREE
+    bends = accelerations * width**2 / (_DEGREE * (_DEGREE - 1))
+    control = np.array(
+        [
+            alpha[0],
+            alpha[0] + steps[0],
+            alpha[0] + 2 * steps[0] + bends[0],
+            alpha[-1] - 2 * steps[-1] + bends[-1],
+            alpha[-1] - steps[-1],
+            alpha[-1],
+        ]
+    )
+    orders = np.arange(_DEGREE + 1)
+    choices = np.array([comb(_DEGREE, order) for order in orders])
+    weights = (
+        choices * shares[:, None] ** orders * (1 - shares[:, None]) ** orders[::-1]
+    )
+    return control, float(np.abs(weights @ control - alpha).max())
+
+
+def _curves_of(control: FloatArray) -> list[list[Fraction]]:
+    """Return the exact polynomials of angles, the lowest power first, of their Bernstein coefficients (6, n)."""
+    curves = []
+    for points in control.T.tolist():
+        exact = [_decimal(round(point, _GRID)) for point in points]
+        curve = []
+        for power in range(_DEGREE + 1):
+            terms = [
+                (-1) ** (power - k) * comb(power, k) * exact[k]
+                for k in range(power + 1)
+            ]
+            curve.append(comb(_DEGREE, power) * sum(terms, Fraction(0)))
+        while len(curve) > 1 and curve[-1] == 0:
+            curve.pop()
+        curves.append(curve)
+    return curves
+
+
+def _decimal(value: float) -> Fraction:
+    """Return the exact value of a float's shortest decimal."""
+    return Fraction(repr(value + 0.0))
