@@ -91,6 +91,7 @@ CALLS: dict[str, dict[str, Any]] = {
     "plots.regions_map": {},
     "plots.roll_pitch_diagram": A_GAIT,
     "plots.singular_value_map": {},
+    "plots.servo_margin_map": {},
     "plots.type_map": {},
     "plots.vehicle_figure": {},
     "plots.vehicle_view": ALPHA,

@@ -48,7 +48,7 @@ def legend_of(ax: Any) -> list[str]:
 
 def test_every_figure_of_the_paper_is_there_and_some_more() -> None:
     numbers = [str(number) for number in range(1, 23)]
-    assert list(FIGURES) == [*numbers, "18b", "19b", "22b", "regions", "set"]
+    assert list(FIGURES) == [*numbers, "18b", "19b", "22b", "regions", "margins", "set"]
     assert FIGURES["1"].stem == "figure_01"
     assert FIGURES["18b"].stem == "figure_18b"
 

@@ -341,6 +341,7 @@ def test_figure_1_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> Non
         plots.type_map,
         plots.regions_map,
         plots.singular_value_map,
+        plots.servo_margin_map,
         lambda ax=None: plots.gait_loop(GAIT3, ax=ax),
         lambda ax=None: plots.roll_pitch_diagram(GAIT3, count=4, ax=ax),
     ],

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import Kind
     from gaitgraph.vehicle import Vehicle
 
-_NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
+_NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "margins", "set"]
 
 
 @click.command(
@@ -30,7 +30,7 @@ _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
     metavar="NAME",
     multiple=True,
     show_default="all, or set with GAIT_FILE",
-    help="1 to 22, 18b, 19b, 22b, regions or set; repeatable.",
+    help="1 to 22, 18b, 19b, 22b, regions, margins or set; repeatable.",
 )
 @click.option(
     "--output",
@@ -58,7 +58,7 @@ def figures_command(
     vehicle: Vehicle | None,
     coefficients: Kind | None,
 ) -> int:
-    """Draw Figures 1 to 22 of the paper, the exact regions, and the set of Gait 3.
+    """Draw Figures 1 to 22 of the paper, the exact regions, the servo margins, and the set of Gait 3.
 
     With GAIT_FILE draw its set: loop on the map, angles, hover thrusts, attitudes and least singular value.
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as

@@ -15,6 +15,7 @@ from gaitgraph.explorer.state import vehicle_of
 from gaitgraph.graph.nodes import DEFAULT_DIVISIONS
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.error_margins import servo_margins_found
 from gaitgraph.surface.sheets import (
     COLORS,
     RAISED,
@@ -23,6 +24,7 @@ from gaitgraph.surface.sheets import (
     text_from_types,
     types_of,
 )
+from gaitgraph.tolerances import DEFAULT_FLOOR
 
 if TYPE_CHECKING:
     from gaitgraph.explorer.queries import Progress
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.region import Region
     from gaitgraph.vehicle import Vehicle
 
-SHADINGS = ("R", "least_singular_value", "none")
+SHADINGS = ("R", "least_singular_value", "servo_margin", "none")
 """The quantities that the map can show as shading."""
 
 _REGIONS = {
@@ -42,6 +44,8 @@ _REGIONS = {
 }
 _SIGNS = ("R>0", "R<0")
 _POINTS = 129
+_POINTS_OF_MARGINS = 65  # each takes as long as a hundred of the others
+_BISECTIONS = 10  # of margins, to 0.1°
 _ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
 _SINGULAR_BLUE = (
     "R = 0 on the whole blue sheet in exact physics: the matrix is singular there."
@@ -55,7 +59,7 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     """Return the shading, the regions and the plane types of one sheet of the map, as plain values.
 
     A query may have ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` and ``shading``. The answer
-    has `n`·`n` ``values``, row by row from α2 = −π/2 up, each from α1 = −π/2, or None; regions as
+    has `n`·`n` ``values``, row by row from α2 = −π/2 up, each from α1 = −π/2, or None; servo margins in degrees; regions as
     rings in the plane [rad], with holes, to be filled by the even-odd rule; the plane types of the nodes of the paper's
     grid, None where R has no sign; a note, or None; and ``raised``, true, if there is a rotor height.
     """
@@ -67,9 +71,12 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     coefficients = coefficients_of(vehicle, content.get("coefficients"))
     progress("shading the map")
     values = None
-    if sheet == "red" and shading != "none":  # on blue both are rounding noise
-        values = _shading(vehicle, coefficients, shading)
     note = None
+    if sheet == "red" and shading != "none":  # on blue all are rounding noise
+        try:
+            values = _shading(vehicle, coefficients, shading)
+        except MissingConstant as error:
+            note = f"Nothing is shaded: {error}."
     if sheet == "blue":
         note = _note_of_blue(vehicle, coefficients)
     regions = []
@@ -83,7 +90,7 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
         else:
             regions.append({"name": name, "label": label, "polygons": rings})
     answer = {
-        "n": _POINTS,
+        "n": _points_of(shading),
         "values": values,
         "regions": regions,
         "types": {"n": DEFAULT_DIVISIONS + 1, "codes": _types(coefficients, sheet)},
@@ -119,12 +126,21 @@ def _on_grid(points: int, coefficients: Coefficients, sheet: Color) -> FloatArra
     return np.stack([a1, a2, *sheet_angles(sheet, a1, a2, coefficients)], axis=-1)
 
 
+def _points_of(shading: str) -> int:
+    """Return how many points a side of the shaded plane has."""
+    return _POINTS_OF_MARGINS if shading == "servo_margin" else _POINTS
+
+
 @lru_cache(maxsize=32)
 def _shading(vehicle: Vehicle, coefficients: Coefficients, shading: str) -> list[float]:
     """Return the values of a shading of the red sheet."""
-    alpha = _on_grid(_POINTS, coefficients, "red")
+    alpha = _on_grid(_points_of(shading), coefficients, "red")
     if shading == "R":
         values = matrices.level_determinant(alpha, coefficients)
+    elif shading == "servo_margin":
+        postures = alpha.reshape(-1, 4)
+        margins = servo_margins_found(postures, vehicle, DEFAULT_FLOOR, _BISECTIONS)
+        values = np.degrees(margins)
     else:
         values = matrices.least_singular_value(alpha, vehicle)
     return [float(f"{value:.5g}") for value in np.ravel(values)]

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from gaitgraph.plots.planes import (
         adjacency_rule as adjacency_rule,
         regions_map as regions_map,
+        servo_margin_map as servo_margin_map,
         singular_value_map as singular_value_map,
         type_map as type_map,
     )
@@ -54,6 +55,7 @@ else:
             "gaitgraph.plots.planes": [
                 "adjacency_rule",
                 "regions_map",
+                "servo_margin_map",
                 "singular_value_map",
                 "type_map",
             ],

@@ -47,14 +47,14 @@ class _FigureInput(NamedTuple):
 class PaperFigure:
     """A figure and how it is drawn."""
 
-    name: str  # the number in the paper, with b for a second figure, or "regions" or "set"
+    name: str  # the number in the paper, with b for a second figure, or "regions", "margins" or "set"
     title: str
     size: tuple[float, float]  # mm
     drawing: Drawing
 
     @property
     def stem(self) -> str:
-        """Name of its files without suffix: figure_01 … figure_22, figure_18b, figure_regions, figure_set."""
+        """Name of its files without suffix: figure_01 … figure_22, figure_18b, figure_regions, figure_margins, figure_set."""
         return f"figure_{self.name:0>2}"
 
 
@@ -183,6 +183,10 @@ def _figures() -> dict[str, PaperFigure]:
         PaperFigure("16", "Types of the roots with R < 0", (170, 173), _types),
         PaperFigure("17", "Gaits 1 to 3 on the map of types", (170, 177), _loops),
         PaperFigure("regions", "Exact regions of the (α1, α2) plane on the red sheet", (170, 93), _regions),
+        PaperFigure(
+            "margins", "Servo margin of each posture of the red sheet", (100, 82),
+            lambda figure, of: planes.servo_margin_map(of.vehicle, ax=figure.add_subplot()),
+        ),
         PaperFigure("set", "The set of a gait", (400, 84), lambda figure, of: gaits.draw_sheet(figure, [of.timed])),
     ]  # fmt: skip
     for name, (which, angle) in zip(
@@ -227,7 +231,7 @@ def _figures() -> dict[str, PaperFigure]:
                 )
             )
     by_name = {one.name: one for one in found}
-    names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set")
+    names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "margins", "set")
     return {name: by_name[name] for name in names}
 
 

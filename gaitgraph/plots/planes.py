@@ -19,9 +19,11 @@ from gaitgraph.invertibility.coefficients import (
     CoefficientsLike,
     coefficients_of,
 )
+from gaitgraph.invertibility.error_margins import servo_margins_found
 from gaitgraph.plots import axes as base
 from gaitgraph.surface import sheets
 from gaitgraph.surface.blocks import directions, roll_block, yaw_block
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
 IntArray = npt.NDArray[np.int8]
 Which = Literal["first", "other", "both"]
 
+_MARGINS = 65  # points along each axis of a map of servo margins
 FINE = 201  # points along each axis of a contour plot; curves and borders are in closed form
 _FINE_AXIS = np.linspace(-HALF_PI, HALF_PI, FINE)
 _SHEET = {"red": 1, "blue": -1}
@@ -513,6 +516,29 @@ def _where_singular(block: Block) -> FloatArray:
     a2 = np.arctan2(-rise * np.sign(run), np.abs(run))
     a2[1:][np.diff(np.sign(run)) != 0] = np.nan
     return np.asarray(a2)
+
+
+def servo_margin_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
+    """Draw the servo margin of each posture of the red sheet, with the default floor, to 0.1°, and a color bar.
+
+    Raises MissingConstant if the vehicle states a largest thrust without a mass.
+    """
+    vehicle, ax = vehicle_named(vehicle), base.axes_or_new(ax)
+    axis = np.linspace(-HALF_PI, HALF_PI, _MARGINS)
+    a1, a2 = np.meshgrid(axis, axis, indexing="ij")
+    red = sheets.sheet_angles("red", a1, a2, coefficients_of(vehicle, "exact"))
+    postures = np.stack([a1, a2, *red], axis=-1).reshape(-1, 4)
+    margins = np.degrees(servo_margins_found(postures, vehicle, DEFAULT_FLOOR, 10))
+    levels = 5.0 * np.arange(math.ceil(float(margins.max()) / 5) + 1)
+    value = margins.reshape(a1.shape)
+    filled = ax.contourf(a1, a2, value, levels=levels, cmap="cividis")
+    ax.contour(a1, a2, value, levels=levels[2::2], colors="white", linewidths=0.5)
+    draw_zeros_of_R(ax, vehicle)
+    ax.plot(0, 0, marker="+", markersize=7, color="white", linestyle="none", zorder=6)
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
+    bar = ax.inset_axes((1.04, 0.0, 0.05, 1.0))
+    ax.figure.colorbar(filled, cax=bar, label="servo margin (°)")
+    return ax
 
 
 def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:

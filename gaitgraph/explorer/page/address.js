@@ -14,7 +14,7 @@ const VIEW = {
 
 const VIEW_CHOICES = {
   sheet: ["auto", "red", "blue"],
-  shading: ["R", "least_singular_value", "none"],
+  shading: ["R", "least_singular_value", "servo_margin", "none"],
   chart: ["rates", "R", "least_singular_value", "hover_thrusts"],
   theme: ["auto", "light", "dark"],
 };

@@ -15,6 +15,7 @@ const LABELS = {
   shortest: "shortest",
   robust: "most robust",
   least_singular_value: "least singular value σ",
+  servo_margin: "servo margin",
 };
 
 const ADVANCED = "sign require method divisions any_order reverse vehicle coefficients period law samples".split(" ");

@@ -5,6 +5,13 @@ import { byId, html, svg, themed } from "./elements.js";
 import { drawn, ghostOf, reportOf } from "./store.js";
 import { adviceOf } from "./verdict.js";
 
+/** What the map can show as shading, in its legend and beside the pointer. */
+export const SHADES = {
+  R: { name: "R", unit: "" },
+  least_singular_value: { name: "σ", unit: "" },
+  servo_margin: { name: "servo margin", unit: "°" },
+};
+
 const TICKS = [-8, -6, -4, -2, 0, 2, 4, 6, 8].map((n) => (n * Math.PI) / 16);
 
 const RING = 9; // radius of a waypoint's ring [px]
@@ -459,13 +466,13 @@ export function pictureIn(root) {
     }
     let text = `α1 ${place(point[0])} · α2 ${place(point[1])}`;
     const data = shown.page.background;
-    const name = data?.shading === "R" ? "R" : "σ";
+    const { name, unit } = SHADES[data?.shading] ?? SHADES.R;
     if (data?.sheet === "blue" && shown.state.view.shading !== "none")
       text += data.raised ? " · no gait surface" : ` · ${name} = 0 in exact physics`;
     else if (data?.values && shown.state.view.shading !== "none") {
       const [column, row] = point.map((a) => Math.round(((a + HALF_PI) / Math.PI) * (data.n - 1)));
       const value = data.values[row * data.n + column];
-      text += value === null || value === undefined ? " · no root" : ` · ${name} ≈ ${number(value, 2)}`;
+      text += value === null || value === undefined ? " · no root" : ` · ${name} ≈ ${number(value, 2)}${unit}`;
     }
     field.textContent = text;
   }

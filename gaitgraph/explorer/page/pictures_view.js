@@ -6,6 +6,7 @@ import { clockOf, prefersStillness } from "./clock.js";
 import { showDiagram } from "./diagram.js";
 import { byId, html } from "./elements.js";
 import { mapIn } from "./map.js";
+import { SHADES } from "./picture.js";
 import { diagramOf, drawn, ghostOf, isDiagramDue, isPlanDue, mapNote, movingOf, reportOf } from "./store.js";
 
 const STEPS = 8; // of a period, for those who asked for less motion
@@ -175,12 +176,12 @@ function showNote(page) {
 /** Return what the shading of the map means, as elements. */
 function scaleOf({ shading, range, sheet, raised }) {
   if (shading === "none") return [];
-  const name = shading === "R" ? "R" : "σ";
+  const { name, unit } = SHADES[shading];
   const ramp = (kind) => html("span", { class: `ramp ${kind}`, "aria-hidden": "true" });
   if (sheet === "blue") return [ramp("hatched"), raised ? "no gait surface" : `${name} = 0 in exact physics`];
   const reach = Math.max(...range.map(Math.abs));
   const [low, high] = shading === "R" ? [-reach, reach] : [0, range[1]];
-  const end = (value) => html("span", {}, figure(value, 3));
+  const end = (value) => html("span", {}, `${figure(value, 3)}${unit}`);
   return [html("span", {}, name), end(low), ramp(shading), end(high)];
 }
 
