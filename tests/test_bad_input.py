@@ -14,8 +14,15 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.errors import FileProblem, InputError
-from gaitgraph.files import naming_file
-from gaitgraph.flight.flight import FlightSettings
+from gaitgraph.files import (
+    check_new_files,
+    from_toml_file,
+    naming_file,
+    text_of,
+    value_from_json,
+    write_whole,
+)
+from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
 from gaitgraph.study.design import study_from_mapping
 from tests.calls import CALLS, FUNCTIONS, GEOMETRY, ROWS, TIMED, X_FRAME
 
@@ -305,8 +312,9 @@ def test_the_message_says_what_is_allowed_and_what_came() -> None:
     long_double = np.array([[2.5]], dtype=np.longdouble)
     assert str(refusal("plan_loop", floor=long_double)).endswith("got [[2.5]]")
     assert str(refusal("roots", alpha1=np.ma.masked)).endswith("got masked")
-    long_values = refusal("roots", alpha1=["a" * 200])
-    assert len(str(long_values)) < 250
+    for length, end in ((68, "aaa'"), (69, "aaa…")):  # a value is shown up to 70 signs
+        assert str(refusal("plan_loop", color="a" * length)).endswith(end)
+    assert str(refusal("plan_loop", color=10**5000)).endswith("number of 16610 bits")
 
 
 def test_a_masked_value_is_refused_with_its_row() -> None:
@@ -378,6 +386,95 @@ def test_an_error_carries_field_row_value_and_path_through_a_pickle(
         assert (error.field, error.row, error.value) == ("alpha2", 2, value)
         assert error.path == str(path)
         assert str(error) == str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("[flight]\nseed = 1\n[other]\n", "other must be inside the .flight. table"),
+        ("flight = 3", "flight must be a table of values by name, got 3"),
+        ("seed = [", "it is not TOML .*; texts need quotes"),
+        (f"seed = {'[' * 5000}", "it is nested too deeply"),
+        ("seed = -1", "seed must be"),
+    ],
+)
+def test_a_wrong_toml_file_is_named(tmp_path: Path, content: str, said: str) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(content)
+    with pytest.raises(InputError, match=f"^flight file .*a.toml': {said}") as caught:
+        from_toml_file(path, "flight", settings_from_mapping)
+    assert "\n" not in str(caught.value)
+    path.write_text("[flight]\nseed = 7")
+    assert from_toml_file(path, "flight", settings_from_mapping).seed == 7
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ('{"a": 1, "b": 2, "b": 3}', "names in an object must differ, got 'b' twice"),
+        ('{"a": NaN}', r"it is not JSON \(NaN is no number of JSON\)"),
+        ("[" * 100_000, "it is not JSON .it is nested too deeply"),
+        ("{", "it is not JSON"),
+    ],
+)
+def test_a_wrong_json_text_is_refused(content: str, said: str) -> None:
+    with pytest.raises(InputError, match=said) as caught:
+        value_from_json(content, "write a list")
+    assert "\n" not in str(caught.value)
+    assert value_from_json('{"a": [1]}', "") == {"a": [1]}
+
+
+@pytest.mark.parametrize(
+    ("what", "hint"), [("gait file", True), ("certificate", False)]
+)
+def test_a_file_of_other_bytes_is_no_text(
+    tmp_path: Path, what: str, hint: bool
+) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"t\xff")
+    with pytest.raises(InputError, match="must be UTF-8 text") as caught:
+        text_of(path, what)
+    assert ("in Excel save it as CSV UTF-8" in str(caught.value)) == hint
+    path.write_bytes("ü".encode("utf-8-sig"))
+    assert text_of(path, what) == "ü"
+
+
+def test_files_are_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    first, link, fresh = tmp_path / "a.csv", tmp_path / "link.csv", tmp_path / "b.csv"
+    first.write_text("old")
+    first.chmod(0o640)
+    link.symlink_to(first)
+    with pytest.raises(gg.errors.OutputExists, match="exists"):
+        write_whole([(fresh, b"new"), (first, b"new")], force=False)
+    assert not fresh.exists()
+    assert first.read_text() == "old"
+    write_whole([(fresh, b"new"), (link, b"new")], force=True)
+    assert (fresh.read_text(), first.read_text()) == ("new", "new")
+    assert link.is_symlink()
+    assert first.stat().st_mode & 0o777 == 0o640
+    assert {*tmp_path.iterdir()} == {first, link, fresh}
+
+
+@pytest.mark.parametrize(
+    ("outputs", "said"),
+    [
+        (["a.csv", "./a.csv"], "outputs must differ, got .*a.csv' twice"),
+        (["folder"], "output .* must be a regular file, got a folder"),
+        (["none/a.csv"], "output folder .*none' does not exist"),
+        (["file/a.csv"], "output .*file.* is not a folder|Not a directory"),
+        (["nu\0ll.csv"], "cannot be written"),
+        (["file"], "exists; overwrite it with force=True"),
+    ],
+)
+def test_outputs_are_checked_before_any_work(
+    tmp_path: Path, outputs: list[str], said: str
+) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(gg.GaitgraphError, match=said):
+        check_new_files([f"{tmp_path}/{name}" for name in outputs], force=False)
+    check_new_files([tmp_path / "new.csv", tmp_path / "other.csv"], force=False)
+    check_new_files([tmp_path / "file"], force=True)
 
 
 def test_an_error_names_its_file_once() -> None:
