@@ -164,6 +164,14 @@ def test_cubics_are_as_near_to_the_gait_as_they_say(
     assert most <= (1e-3 if timed is SMOOTH else 5e-3)
 
 
+def test_the_error_of_rows_that_state_no_motion_is_estimated(tmp_path: Path) -> None:
+    write_tables(Table(columns=WHOLE.columns), [tmp_path / "g.h"])
+    times = np.linspace(0.0, SMOOTH.period, 20_001)
+    cubic = CubicHermiteSpline(SMOOTH.t, SMOOTH.alpha, SMOOTH.rates)
+    off = np.abs(cubic(times) - SMOOTH.at(times).alpha).max()
+    assert off <= stated_error(tmp_path / "g.h") <= 60 * off
+
+
 @pytest.mark.parametrize("seed", range(18))
 def test_the_stated_error_is_a_bound(tmp_path: Path, seed: int) -> None:
     """Of cubics by the rows' angles and rates, with corners on rows and between them, in joints of any order, of any law."""
@@ -324,6 +332,9 @@ def test_a_mission_starts_runs_and_stops_at_the_first_join(
     times = np.linspace(-1.0, flight.period + 1.0, 2001)
     whole, on = at(times, -1.0)
     assert whole == pytest.approx(flight.at(times).alpha, abs=error)
+    if law != "equal-time":  # whose rows are joined by straight lines
+        off = np.abs(whole - flight.at(times).alpha).max()
+        assert off <= stated_error(tmp_path / "flight.h") + ROUNDING
     # Nobody asks for a stop: the gait repeats.
     start = begins["gait"] - 1.0
     runs = times > start

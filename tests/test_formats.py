@@ -255,6 +255,10 @@ def test_rows_with_rates_alone_are_joined_by_cubics(repeats: bool) -> None:
     fine = export(table, [], samples=600).table
     exact = 0.35 * np.cos(speed * fine["t"]) - 0.8
     np.testing.assert_allclose(fine["alpha1"], exact, atol=2e-7)
+    slow = export(table, [], samples=600, period=2 * t[-1]).table
+    np.testing.assert_allclose(slow["t"], 2 * fine["t"], atol=1e-12)
+    np.testing.assert_allclose(slow.alpha, fine.alpha, atol=1e-12)
+    np.testing.assert_allclose(slow["alpha1_rate"], fine["alpha1_rate"] / 2, atol=1e-9)
     write_tables(table, ["b.yaml"])
     goal = Path("b.yaml").read_text()
     assert "velocities" in goal
@@ -435,6 +439,37 @@ def test_files_with_something_else_are_refused(
 ) -> None:
     for suffix in suffixes.split():
         assert re.search(message, refusal(write_columns(suffix, columns)))
+
+
+ROW = dict(zip(ANGLES, [0.4, -0.4, 0.4, -0.4], strict=True))
+PATH = [[*ROW.values()]] * 2
+
+
+def test_json_of_rows_and_of_plans_is_read() -> None:
+    for content in ([ROW] * 2, {"path": PATH, "colors": ["red"] * 2}):
+        table = read_table(StringIO(json.dumps(content)), format="json")
+        assert table.alpha.tolist() == PATH
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ([ROW, {"t": 1}], "row 2 must be an object with the fields of row 1"),
+        ({"waypoints": [[0, 0]]}, "it holds a request, which is planned first"),
+        ({"columns": 3}, "columns must be an object of lists"),
+        (
+            {"status": "infeasible", "reason": "so", "path": []},
+            "it holds a plan without a gait: so",
+        ),
+        ({"path": []}, "path must be a list"),
+        ({"path": [[0.4] * 3]}, "path must be a list"),
+        ({"path": PATH, "colors": "red"}, "colors must be a list"),
+    ],
+)
+def test_json_of_something_else_is_refused(content: Any, message: str) -> None:
+    path = Path("a.json")
+    path.write_text(json.dumps(content))
+    assert message in refusal(path)
 
 
 class Trap:

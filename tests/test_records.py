@@ -175,6 +175,7 @@ def test_another_value_is_not_equal() -> None:
     assert gg.lift(LOOP, "red", vehicle=LIMITED) != GAIT
     assert GAIT.parametrize(1.0, samples=7) != TIMED
     assert len({GAIT, gg.lift(LOOP, "red"), moved}) == 2
+    assert gg.Gait(alpha=[[0.0] * 4]) != gg.Gait(alpha=[[1e-300, 0, 0, 0]])
     assert gg.Gait(alpha=[[0.0] * 4]) == gg.Gait(alpha=[[-0.0] * 4])
 
 

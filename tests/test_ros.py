@@ -249,6 +249,11 @@ def test_times_increase_whatever_the_period(
     assert off <= 1e-8 * (1 + timed.peak_rates.max())
 
 
+def test_as_many_points_are_written_as_are_allowed() -> None:
+    times, _ = points_of(TABLE, 4999)
+    assert len(times) == 99_981
+
+
 def with_clock(period: float, samples: int) -> Table:
     return table_of(replace(TIMED, period=period, samples=samples))
 
