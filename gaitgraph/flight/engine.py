@@ -24,7 +24,7 @@ from gaitgraph.invertibility.matrices import thrust_signs
 from gaitgraph.vehicle import vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import Vehicle, VehicleLike
@@ -257,26 +257,29 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
     mass, inertia, length = vehicle.require(
         "mass", "inertia", "arm_length", purpose="flight"
     )
-    vehicle.check_default_axes("a model of the physics engine")
     arm = (
         vehicle.arm_inertia
         if vehicle.arm_inertia is not None
         else _LIGHT * min(inertia)
     )
-    heights = vehicle.rotor_heights
-    highest = max(map(abs, heights))
-    arm_mass = min(arm / ((_BOX * length) ** 2 + highest**2), _MOST_ARM_MASS * mass)
+    frames = _arm_frames(vehicle, length)
+    hinges = [frame.hinge for frame in frames]
+    farthest = max(math.hypot(*hinge) for hinge in hinges)
+    arm_mass = min(arm / ((_BOX * length) ** 2 + farthest**2), _MOST_ARM_MASS * mass)
     # The arms' mass is on their hinges. The body's is as far on the other side of the centre of mass as balances it.
     body_mass = mass - 4 * arm_mass
-    drop = arm_mass * sum(heights) / body_mass
-    half_turn = (
-        ' quat="0 0 0 1"' if highest else ""
-    )  # without it the engine takes so small a drop for none
-    moved = arm_mass * sum(height**2 for height in heights) + body_mass * drop**2
-    body = [
-        moment - 4.0 * arm - part
-        for moment, part in zip(inertia, (moved, moved, 0.0), strict=True)
-    ]
+    drop = [arm_mass * sum(parts) / body_mass for parts in zip(*hinges, strict=True)]
+    moved = arm_mass * sum(_about_center(hinge) for hinge in hinges)
+    moved = moved + body_mass * _about_center(drop)
+    tensor = np.diag([moment - 4.0 * arm for moment in inertia]) - moved
+    body: list[float] = np.diag(tensor).tolist()
+    turn = ""
+    if farthest:  # without it the engine takes so small a drop for none
+        turn = ' quat="0 0 0 1"'
+    if np.any(tensor != np.diag(body)):
+        moments, axes = np.linalg.eigh(tensor)
+        body = moments.tolist()
+        turn = f' quat="{_quaternion_text(axes * np.linalg.det(axes))}"'
     if vehicle.arm_inertia is None and _is_rigid(inertia):
         largest = max(range(3), key=body.__getitem__)
         body[largest] = min(body[largest], sum(body[:largest] + body[largest + 1 :]))
@@ -299,13 +302,12 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
     if vehicle.tilt_range is not None:
         ranges = [f' range="{low!r} {high!r}"' for low, high in vehicle.tilt_range]
     for k, spin in enumerate(thrust_signs(vehicle).tolist()):
-        half, drag = vehicle.arm_angles[k] / 2, drags[k]
-        reach, height = vehicle.arm_lengths[k], heights[k]
+        drag, frame = drags[k], frames[k]
         arms.append(f"""
-   <body name="arm{k + 1}" pos="0 0 {height!r}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">
+   <body name="arm{k + 1}" pos="{_text_of(frame.hinge)}" quat="{frame.turn}">
     <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>
     <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"{ranges[k]}/>
-    <site name="rotor{k + 1}" pos="{reach!r} 0 0" size="{0.01 * length!r}"/>
+    <site name="rotor{k + 1}" pos="{frame.reach!r} 0 0" size="{0.01 * length!r}"/>
    </body>""")
         thrusts.append(
             f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-spin * drag!r}"{lag}/>'
@@ -315,7 +317,7 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
         )
     gravity = f"0 0 {-vehicle.gravity!r}"
     medium = ' density="1.225" viscosity="1.8e-5"' if air else ""
-    body_inertia = " ".join(map(repr, body))
+    body_inertia = _text_of(body)
     return f"""<mujoco model="tilt-rotor">
  <compiler angle="radian" autolimits="true"/>
  <option timestep="{step!r}" gravity="{gravity}" integrator="implicitfast"{medium}>
@@ -324,13 +326,55 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
  <worldbody>
   <body name="vehicle">
    <freejoint name="base"/>
-   <inertial pos="0 0 {-drop!r}"{half_turn} mass="{body_mass!r}" diaginertia="{body_inertia}"/>{"".join(arms)}
+   <inertial pos="{_text_of(-part or 0 for part in drop)}"{turn} mass="{body_mass!r}" diaginertia="{body_inertia}"/>{"".join(arms)}
   </body>
  </worldbody>
  <actuator>{"".join(thrusts)}{"".join(servos)}
  </actuator>
 </mujoco>
 """
+
+
+class _ArmFrame(NamedTuple):
+    """An arm's axes: x along the tilt axis through the `hinge` to the rotor, at `reach` from there, z along the thrust."""
+
+    hinge: tuple[float, ...]
+    turn: str  # quaternion
+    reach: float
+
+
+def _arm_frames(vehicle: Vehicle, length: float) -> list[_ArmFrame]:
+    """Return the frames of the arms; with axes of its own an arm's hinge is where its tilt axis is nearest to the centre."""
+    frames = []
+    if not vehicle.has_own_axes:
+        places = (vehicle.arm_angles, vehicle.arm_lengths, vehicle.rotor_heights)
+        for angle, reach, height in zip(*places, strict=True):
+            turn = f"{math.cos(angle / 2)!r} 0 0 {math.sin(angle / 2)!r}"
+            frames.append(_ArmFrame((0, 0, height), turn, reach or 0.0))
+        return frames
+    rotors = length * np.array(vehicle.scaled_positions)
+    for place, tilt, thrust in zip(rotors, *vehicle.axes, strict=True):
+        reach = float(place @ tilt)
+        hinge = tuple((place - reach * tilt).tolist())
+        axes = np.column_stack([tilt, np.cross(thrust, tilt), thrust])
+        frames.append(_ArmFrame(hinge, _quaternion_text(axes), reach))
+    return frames
+
+
+def _quaternion_text(axes: FloatArray) -> str:
+    """Return the unit quaternion (w, x, y, z) of axes, the columns of a rotation."""
+    from scipy.spatial.transform import Rotation
+
+    return _text_of(np.roll(Rotation.from_matrix(axes).as_quat(), 1).tolist())
+
+
+def _about_center(place: Sequence[float]) -> FloatArray:
+    """Return the inertia of a unit mass at a place about the origin, shape (3, 3)."""
+    return np.asarray(np.dot(place, place) * np.eye(3) - np.outer(place, place))
+
+
+def _text_of(values: Iterable[float]) -> str:
+    return " ".join(map(repr, values))
 
 
 def _is_rigid(moments: Sequence[float]) -> bool:

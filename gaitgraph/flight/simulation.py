@@ -443,6 +443,7 @@ def gyroscopic_of(
     """
     if vehicle.rotor_inertia is None:
         return None
+    vehicle.check_default_axes("flights with a rotor_inertia")
     (coefficient,) = vehicle.require(
         "thrust_coefficient", purpose="the gyroscopic torque of a rotor_inertia"
     )
