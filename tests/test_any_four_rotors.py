@@ -243,7 +243,7 @@ def test_commands_refuse_the_vehicle_in_one_line_before_all_else(
         )
     )
     for words in (
-        *((name, saved) for name in ("pace", "robustness")),
+        ("pace", saved),
         *((name, colored, "--vehicle", vehicle) for name in ("pace", "retarget")),
     ):
         answer = run(*words)

@@ -198,6 +198,31 @@ def test_the_law_smooth_follows_the_sheet_and_rests_at_corners(
     assert "this law needs a period of at least 3.1" in str(refused.reason)
 
 
+def test_a_certificate_proves_rates_along_the_sheet(run: Any, tmp_path: Path) -> None:
+    vehicle = ODD.replace(max_tilt_rate=2.0, max_tilt_acceleration=9.0)
+    timed = gg.plan_loop(SQUARE, vehicle=vehicle, period=2.0).timed()
+    certified = gg.certify(timed)
+    assert {
+        "least_singular_value",
+        "rate",
+        "acceleration",
+    } <= certified.intervals.keys()
+    certified.write(tmp_path / "proof.json")
+    timed.write(tmp_path / "odd.csv")
+    assert run("verify", tmp_path / "proof.json", tmp_path / "odd.csv").code == 0
+
+
+def test_attitudes_are_acceptable_on_the_sheet_and_not_on_the_plane() -> None:
+    plan = gg.plan_loop(SQUARE, vehicle=ODD)
+    plane = np.array(SQUARE)[:, [0, 1, 0, 1]]
+    on_sheet, on_plane = (
+        gg.robustness_of(gait, curves=0).as_mapping()["acceptable_fraction"]
+        for gait in (plan.gait, gg.Gait(alpha=plane, vehicle=ODD))
+    )
+    assert on_sheet == pytest.approx(1.0, abs=1e-3)
+    assert on_plane < 0.98
+
+
 def test_the_command_plans_on_a_curved_sheet(run: Any, tmp_path: Path) -> None:
     constants = {
         "drag_to_thrust": 0.02,

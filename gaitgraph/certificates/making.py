@@ -323,12 +323,15 @@ class _Stated:
         """
         timed, alpha, is_smooth = self.timed, self.gait.alpha, False
         curve = getattr(timed, "curve", None)
+        pieces = getattr(timed, "pieces", None)
         if hasattr(timed, "tilts"):
             powers, widths = timed.tilts, timed.widths
         elif curve is not None:
             widths = np.diff(curve.breaks)
-            orders = np.arange(len(curve.pieces))[::-1]
-            powers = curve.pieces * (widths ** orders[:, None])[:, :, None]
+            powers = _by_share(curve.pieces, widths)
+        elif pieces is not None:
+            widths = np.diff(timed.corner_times)
+            powers = _by_share(pieces, widths)
         else:
             step = np.roll(alpha, -1, axis=0) - alpha
             powers = np.stack([step, alpha])
@@ -373,6 +376,12 @@ def _powers_of(pieces: list[dict[str, Any]]) -> FloatArray:
             for power, factor in enumerate(curve, start=1):
                 powers[-power, k, joint] = float(factor)
     return powers
+
+
+def _by_share(pieces: FloatArray, widths: FloatArray) -> FloatArray:
+    """Return polynomials of a parameter as those of the share of their widths."""
+    orders = np.arange(len(pieces))[::-1]
+    return np.asarray(pieces * (widths ** orders[:, None])[:, :, None])
 
 
 def _deviation(stated: _Stated, table: Table | None) -> float:

@@ -466,6 +466,8 @@ def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gai
 
 def name_of(gait: Gait) -> str:
     """Return the name of a gait in pictures: "Gait 3", "Gait 3 biased by 0.8", or else its color."""
+    if gait.vehicle.asymmetry is not None:
+        return "Gait on a curved sheet"
     rows = gait.vertices(1e-6) if len(gait.alpha) > 4 else gait.alpha
     rows = rows[np.lexsort(rows[:, 1::-1].round(3).T)]
     for number in _LOOPS:

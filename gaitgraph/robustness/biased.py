@@ -445,7 +445,9 @@ def _closed_segments(
 
 
 def _angle_error(alpha: FloatArray, coefficients: Coefficients) -> float:
-    """Return the distance from the sheets, if all points are near one, as an error of the angles [rad]."""
+    """Return the distance from the planes, if all points are near one, as an error of the angles [rad]."""
+    if coefficients.rotors.asymmetry is not None:
+        return 0.0
     far = float(sheet_distances(alpha, coefficients)[..., :2].min(axis=-1).max())
     return far if far <= DEFAULT_TOLERANCE else 0.0
 

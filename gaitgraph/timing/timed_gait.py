@@ -439,7 +439,7 @@ class RowTimedGait(TimedGait):
         return self.times
 
     @property
-    def _pieces(self) -> FloatArray | None:
+    def pieces(self) -> FloatArray | None:
         """Polynomials in powers of the time since each row, highest first, shape (6, n, 4); None where it is straight."""
         if self.row_derivatives is None:
             return None
@@ -452,7 +452,7 @@ class RowTimedGait(TimedGait):
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""
-        pieces = self._pieces
+        pieces = self.pieces
         if pieces is None:
             return TimedGait.at(self, t)
         piece, local = located(self.times, t)
@@ -462,7 +462,7 @@ class RowTimedGait(TimedGait):
 
     def peaks(self, order: int) -> FloatArray:
         """Return the largest size of a derivative of each angle, or a bound of it; see :meth:`TimedGait.peaks`."""
-        pieces = self._pieces
+        pieces = self.pieces
         if pieces is None:
             return TimedGait.peaks(self, order)
         return np.asarray(peaks_of(pieces, np.diff(self.times), order).max(axis=0))
