@@ -5,9 +5,9 @@ stated. Body axes: x forward, y left, z up. Rotors 2, 3, 4 follow rotor 1 counte
 rotors turn in the same sense, neighbours do not, unless the spin of each is stated.
 
 A vehicle is *symmetric* if a half turn about body z maps it to itself, and it has no axes and spins of its own: opposite
-rotors at equal distances and heights, with equal drag. All plans are for symmetric vehicles; four equal arms a quarter
-turn apart are the short way to write the most common of them. The *drag ratio* of a rotor is κ = Km/(Kf·L), of its own distance L from body z. Mirroring every
-spin replaces κ by −κ, which mirrors every surface and region in the origin of the (α1, α2) plane.
+rotors at equal distances and heights, with equal drag. Its sheets are planes; four equal arms a quarter turn apart are
+the short way to write the most common of them. The *drag ratio* of a rotor is κ = Km/(Kf·L), of its own distance L from
+body z. Mirroring every spin replaces κ by −κ, which mirrors every surface and region in the origin of the (α1, α2) plane.
 """
 
 from __future__ import annotations
