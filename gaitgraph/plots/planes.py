@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from itertools import combinations
-from typing import TYPE_CHECKING, Any, Literal
+from itertools import combinations, product
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -33,11 +32,11 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.surface.blocks import Block
-    from gaitgraph.surface.sheets import Color, RootArrays, Sign
+    from gaitgraph.surface.sheets import Color, Sign
 
     Marks = tuple[FloatArray, str, str, str]  # points, color, marker, label
 
-IntArray = npt.NDArray[np.int8]
+IntArray = npt.NDArray[np.integer[Any]]
 Which = Literal["first", "other", "both"]
 
 _MARGINS = 65  # points along each axis of a map of servo margins
@@ -52,37 +51,46 @@ _TIE = 12  # decimals [rad] to which α3 of two roots is compared
 _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
 
 
-def interior_roots(
-    coefficients: Coefficients, which: Which = "both"
-) -> tuple[RootArrays, IntArray]:
-    """Return the roots of the 15² interior nodes, sorted by α3, then α4, and the signs of R, shape (225, 5).
+class Roots(NamedTuple):
+    """Roots of the 15² interior nodes of the grid, shape (k, ...), by node, and then by α3 and α4.
 
-    Node (i, j) of α1 = −π/2 + iπ/16 and α2 = −π/2 + jπ/16 is row 15(i − 1) + j − 1. The sign is 0 where there is no
-    root, and where R is zero to rounding: on all of the blue sheet with exact coefficients. `sheet` is 0 for roots
-    that are not asked for: a node's "first", or its "other" ones.
+    Node (i, j) of α1 = −π/2 + iπ/16 and α2 = −π/2 + jπ/16 is 15(i − 1) + j − 1. `sheet` is +1 red and −1 blue. `sign` is
+    that of R, and 0 where R is zero to rounding: on all of the blue sheet with exact coefficients.
     """
+
+    node: IntArray
+    alpha: FloatArray
+    sheet: IntArray
+    types: IntArray
+    R: FloatArray
+    sign: IntArray
+
+
+def interior_roots(coefficients: Coefficients, which: Which = "both") -> Roots:
+    """Return the roots of all interior nodes: the "first" of each, the "other" ones, or "both"."""
     axis = grid_axis(DEFAULT_DIVISIONS)[1:-1]
-    a1, a2 = (angle.ravel() for angle in np.meshgrid(axis, axis, indexing="ij"))
-    found = sheets.root_arrays(
-        a1,
-        a2,
-        coefficients=coefficients,
-        crossing_tolerance=math.pi / (2 * DEFAULT_DIVISIONS),
+    a1, a2 = np.meshgrid(axis, axis, indexing="ij")
+    tolerance = math.pi / (2 * DEFAULT_DIVISIONS)
+    arrays = sheets.root_arrays(
+        a1.ravel(), a2.ravel(), coefficients=coefficients, crossing_tolerance=tolerance
     )
-    order = np.lexsort(
-        (np.round(found.alpha[..., 3], _TIE), np.round(found.alpha[..., 2], _TIE))
-    )  # NaN is last
-    at = np.arange(len(order))[:, None], order
-    number = np.arange(order.shape[1])
-    wanted = {"first": number == 0, "other": number > 0, "both": number >= 0}[which]
-    sheet = np.where(wanted, found.sheet[at], 0)
-    found = replace(
-        found, alpha=found.alpha[at], sheet=sheet, types=found.types[at], R=found.R[at]
-    )
-    signed = (np.abs(found.R) > matrices.noise_of(coefficients)) & (found.sheet != 0)
+    nodes, most = arrays.sheet.shape
+    node = np.repeat(np.arange(nodes), most)
+    alpha, R = arrays.alpha.reshape(-1, 4), arrays.R.ravel()
+    sheet, types = arrays.sheet.ravel(), arrays.types.reshape(-1, 2)
+    # What is no root is NaN, and comes last of its node.
+    order = np.lexsort((np.round(alpha[:, 3], _TIE), np.round(alpha[:, 2], _TIE), node))
+    number = np.tile(np.arange(most), nodes)
+    if which == "first":
+        order = order[number == 0]
+    elif which == "other":
+        order = order[number > 0]
+    rows = order[sheet[order] != 0]
+    is_zero = np.abs(R) <= matrices.noise_of(coefficients)
     if coefficients.kind == "exact":
-        signed &= found.sheet > 0  # R = 0 on blue: floating-point noise is not a sign
-    return found, np.where(signed, np.sign(found.R), 0).astype(np.int8)
+        is_zero |= sheet < 0  # floating-point noise is not a sign
+    sign = np.where(is_zero, 0.0, np.sign(R))[rows].astype(int)
+    return Roots(node[rows], alpha[rows], sheet[rows], types[rows], R[rows], sign)
 
 
 def root_counts(ax: Axes, coefficients: Coefficients) -> None:
@@ -116,18 +124,12 @@ def root_angle(
     ax: Any, coefficients: Coefficients, *, angle: int, which: Which
 ) -> None:
     """Draw α3 or α4 over the interior nodes (Figures 3 to 8): red squares on its + plane, blue discs on its − plane."""
-    found, _ = interior_roots(coefficients, which)
+    roots = interior_roots(coefficients, which)
     marks: list[Marks] = []
     for color, label in zip(sheets.COLORS, ("+ plane", "− plane"), strict=True):
-        points = found.alpha[found.sheet == _SHEET[color]]
-        marks.append(
-            (
-                points[:, [0, 1, angle - 1]],
-                base.COLOR_OF[color],
-                base.MARKER_OF[color],
-                label,
-            )
-        )
+        alpha = roots.alpha[roots.sheet == _SHEET[color]]
+        points = alpha[:, [0, 1, angle - 1]]
+        marks.append((points, base.COLOR_OF[color], base.MARKER_OF[color], label))
         _draw_plane(ax, coefficients, angle, color)
     base.angle_axis(ax.zaxis, rf"\alpha_{angle}")
     _draw_marks(ax, marks)
@@ -140,24 +142,15 @@ def signed_roots(
 
     As in the paper, red squares are α3 and blue discs α4. Roots with R = 0 are grey and hollow.
     """
-    found, signs = interior_roots(coefficients, which)
-    grey, signed = (
-        found.alpha[(found.sheet != 0) & (signs == 0)],
-        found.alpha[signs == _SIGN[sign]],
-    )
-    marks = [
-        (grey[:, [0, 1, k]], base.GREY, marker, _SINGULAR)
-        for k, marker in ((2, "s"), (3, "o"))
-    ]
+    roots = interior_roots(coefficients, which)
+    relation = sheets.RELATION[sign]
+    marks: list[Marks] = []
+    for angle, marker in ((3, "s"), (4, "o")):
+        points = roots.alpha[roots.sign == 0][:, [0, 1, angle - 1]]
+        marks.append((points, base.GREY, marker, _SINGULAR))
     for angle, color, marker in ((3, base.RED, "s"), (4, base.BLUE, "o")):
-        marks.append(
-            (
-                signed[:, [0, 1, angle - 1]],
-                color,
-                marker,
-                rf"$\alpha_{angle}$, ${sheets.RELATION[sign]}$",
-            )
-        )
+        points = roots.alpha[roots.sign == _SIGN[sign]][:, [0, 1, angle - 1]]
+        marks.append((points, color, marker, rf"$\alpha_{angle}$, ${relation}$"))
         for sheet in sheets.COLORS:
             _draw_plane(ax, coefficients, angle, sheet, color)
     base.angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
@@ -168,27 +161,20 @@ def level_determinants(
     ax: Any, coefficients: Coefficients, *, sign: Sign, which: Which
 ) -> None:
     """Draw R of the roots with one sign of R over the interior nodes, each sheet in its color (Figures 10 and 12)."""
-    found, signs = interior_roots(coefficients, which)
-    points, signed = np.dstack([found.alpha[..., :2], found.R]), signs == _SIGN[sign]
+    roots = interior_roots(coefficients, which)
+    points = np.column_stack([roots.alpha[:, :2], roots.R])
+    is_signed = roots.sign == _SIGN[sign]
+    tops = points[is_signed]
     # Stems show which node a value belongs to; they are one line with gaps.
-    tops = points[signed]
-    stems = np.stack(
-        [tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1
-    ).reshape(-1, 3)
-    ax.plot(*stems.T, color="0.75", linewidth=0.4)
-    marks = [
-        (
-            points[(found.sheet != 0) & (signs == 0)],
-            base.GREY,
-            base.MARKER_OF["blue"],
-            _SINGULAR,
-        )
-    ]
+    gaps = np.full(tops.shape, np.nan)
+    stems = np.stack([tops * [1.0, 1.0, 0.0], tops, gaps], axis=1)
+    ax.plot(*stems.reshape(-1, 3).T, color="0.75", linewidth=0.4)
+    grey = points[roots.sign == 0]
+    marks: list[Marks] = [(grey, base.GREY, base.MARKER_OF["blue"], _SINGULAR)]
     for color in sheets.COLORS:
-        here = points[signed & (found.sheet == _SHEET[color])]
-        marks.append(
-            (here, base.COLOR_OF[color], base.MARKER_OF[color], f"{color} sheet")
-        )
+        here = points[is_signed & (roots.sheet == _SHEET[color])]
+        look = base.COLOR_OF[color], base.MARKER_OF[color]
+        marks.append((here, *look, f"{color} sheet"))
     ax.set_zlabel("$R$ (dimensionless)")
     ax.set_zlim(
         0.0, tops[:, 2].max(initial=0.0) or 1.0
@@ -279,6 +265,17 @@ def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
     base.legend_above(ax, columns=3, over=-20.0)
 
 
+_AROUND_RULE = {
+    "(+,+)": 180,
+    "(+,?)": 120,
+    "(?,-)": 60,
+    "(-,-)": 0,
+    "(-,?)": 300,
+    "(?,+)": 240,
+}
+"""Places of the types in Figure 15 (b) [°]."""
+
+
 def adjacency_rule(
     of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = None
 ) -> Axes:
@@ -292,51 +289,34 @@ def adjacency_rule(
     """
     checked_choice("of", of, ("angle", "pair"))
     ax = base.axes_or_new(ax)
-    if of == "angle":  # the other angle is ?, which forbids nothing
-        names = {kind: f"({kind},?)" for kind in "+?-"}
+    if of == "angle":
         places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
     else:
-        names = {kind: kind for kind in sheets.PLANE_TYPES}
-        degrees = {
-            "(+,+)": 180,
-            "(+,?)": 120,
-            "(?,-)": 60,
-            "(-,-)": 0,
-            "(-,?)": 300,
-            "(?,+)": 240,
-        }
-        places = {
-            kind: (math.cos(math.radians(at)), math.sin(math.radians(at)))
-            for kind, at in degrees.items()
-        }
+        places = {}
+        for kind, degrees in _AROUND_RULE.items():
+            angle = math.radians(degrees)
+            places[kind] = (math.cos(angle), math.sin(angle))
     for pair in combinations(places, 2):
-        if sheets.types_may_be_adjacent(*(names[kind] for kind in pair)):
+        types = pair
+        if of == "angle":  # the other angle is ?, which forbids nothing
+            types = (f"({pair[0]},?)", f"({pair[1]},?)")
+        if sheets.types_may_be_adjacent(*types):
             line = np.array([places[kind] for kind in pair])
             ax.plot(*line.T, color="0.35", linewidth=1.2, zorder=1, gid=" ".join(pair))
     for kind, place in places.items():
-        color = {
-            "(+,+)": base.RED,
-            "+": base.RED,
-            "(-,-)": base.BLUE,
-            "-": base.BLUE,
-        }.get(kind, "0.35")
-        face, ink = ("white", "black") if color == "0.35" else (color, "white")
-        shape = "square,pad=0.5" if color == base.RED else _ROUNDED_BOX
+        edge, face, ink, shape = "0.35", "white", "black", _ROUNDED_BOX
+        if kind in ("(+,+)", "+"):
+            edge, face, ink, shape = base.RED, base.RED, "white", "square,pad=0.5"
+        elif kind in ("(-,-)", "-"):
+            edge, face, ink = base.BLUE, base.BLUE, "white"
         box = {
             "boxstyle": shape,
-            "edgecolor": color,
+            "edgecolor": edge,
             "facecolor": face,
             "linewidth": 1.0,
         }
-        ax.text(
-            *place,
-            kind.replace("-", "−"),
-            color=ink,
-            bbox=box,
-            ha="center",
-            va="center",
-            zorder=3,
-        )
+        text = kind.replace("-", "−")
+        base.draw_label(ax, place, text, ink, bbox=box, zorder=3)
     ax.set_axis_off()
     ax.set_aspect("equal")
     ax.set(xlim=(-1.45, 1.45), ylim=(-1.35, 1.35))
@@ -357,77 +337,101 @@ def type_map(
     sign. `coefficients` are those of formula (1) for the `vehicle`; by default the paper's, published.
     """
     checked_choice("sign", sign, sheets.RELATION)
-    found, signs = interior_roots(coefficients_of(vehicle, coefficients))
+    roots = interior_roots(coefficients_of(vehicle, coefficients))
     ax = base.axes_or_new(ax, size=(170, 176))
-    shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
-    written = (shows & (found.types == 0).any(axis=-1)).any(axis=1)
-    for number in np.flatnonzero(written):
-        sheet, types, unsigned = (
-            -found.sheet[number],
-            found.types[number],
-            signs[number] == 0,
-        )
-        # Each type once, red ones first.
-        drawn = np.flatnonzero(shows[number])
-        roots = sorted(
-            {(sheet[k], sheets.text_from_types(*types[k]), unsigned[k]) for k in drawn}
-        )
-        for k, (side, kind, singular) in enumerate(roots):
-            ink = base.GREY if singular else base.RED if side < 0 else base.BLUE
-            ax.annotate(
-                kind.replace("-", "−"), tuple(found.alpha[number, 0, :2]), textcoords="offset points",
-                xytext=(0, 7.0 * ((len(roots) - 1) / 2 - k)), color=ink,
-                fontsize=6.0, ha="center", va="center", annotation_clip=False,
-                gid=",".join(str(k + 1) for k in divmod(number, DEFAULT_DIVISIONS - 1)),
-            )  # fmt: skip
-    # State of the red and of the blue sheet: 0 without a root, 1 with R = 0, 2 with the sign of R.
-    states = np.stack(
-        [
-            np.where(shows & (found.sheet == k), 1 + np.abs(signs), 0).max(axis=1)
-            for k in (1, -1)
-        ],
-        axis=1,
-    )
-    for state in sorted(set(map(tuple, states[~written].tolist())), reverse=True):
-        places = found.alpha[~written & (states == state).all(axis=1), 0, :2]
-        _mark_nodes(ax, places, state, sheets.RELATION[sign])
+    is_shown = (roots.sign == _SIGN[sign]) | (roots.sign == 0)
+    axis = grid_axis(DEFAULT_DIVISIONS)[1:-1]
+    marked: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    for node, place in enumerate(product(axis, axis)):
+        here = np.flatnonzero(is_shown & (roots.node == node))
+        if (roots.types[here] == 0).any():
+            _write_types(ax, roots, here, place)
+            continue
+        state = {1: 0, -1: 0}
+        for k in here:
+            signed = 1 + abs(int(roots.sign[k]))
+            state[roots.sheet[k]] = max(state[roots.sheet[k]], signed)
+        marked.setdefault((state[1], state[-1]), []).append(place)
+    for both in sorted(marked, reverse=True):
+        _mark_nodes(ax, marked[both], both, sheets.RELATION[sign])
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8)
     base.legend_above(ax, columns=3)
     return ax
 
 
-def _mark_nodes(
-    ax: Axes, places: FloatArray, state: tuple[int, ...], sign: str
+def _write_types(
+    ax: Axes, roots: Roots, here: IntArray, place: tuple[float, float]
 ) -> None:
-    """Scatter nodes by the state of their roots on the red and on the blue sheet."""
+    """Write the types of some roots at their node, each once, red ones first."""
+    written = set()
+    for k in here:
+        types = sheets.text_from_types(*roots.types[k])
+        written.add((-int(roots.sheet[k]), types, bool(roots.sign[k] == 0)))
+    i, j = divmod(int(roots.node[here[0]]), DEFAULT_DIVISIONS - 1)
+    for k, (side, types, is_singular) in enumerate(sorted(written)):
+        ink = base.RED if side < 0 else base.BLUE
+        if is_singular:
+            ink = base.GREY
+        ax.annotate(
+            types.replace("-", "−"),
+            place,
+            xytext=(0, 7.0 * ((len(written) - 1) / 2 - k)),
+            textcoords="offset points",
+            color=ink,
+            fontsize=6.0,
+            ha="center",
+            va="center",
+            annotation_clip=False,
+            gid=f"{i + 1},{j + 1}",
+        )
+
+
+def _mark_nodes(
+    ax: Axes,
+    places: list[tuple[float, float]],
+    state: tuple[int, int],
+    relation: str,
+) -> None:
+    """Mark nodes by the state of their red and of their blue root: 0 for none, 1 with R = 0, 2 with the sign of R."""
     from matplotlib.markers import MarkerStyle
 
-    (x, y), gid = places.T, " ".join(("no", "singular", "yes")[one] for one in state)
-    look: dict[str, Any] = {"linewidth": 0.6, "gid": gid, "zorder": 3, "s": 42.0}
-    texts = [
-        f"{of}: ${('', 'R = 0', sign)[one]}$"
-        for of, one in zip(("(+,+)", "(−,−)"), state, strict=True)
-        if one
-    ]
-    label = ", ".join(texts)
-    if len(texts) == 2 and state[0] == state[1]:
-        label = texts[0].replace("(+,+)", "(+,+) and (−,−)")
-    if not texts:
-        label = f"no root with ${sign}$"
-        look |= {"s": 3.5, "linewidth": 0.0}
-        ax.scatter(x, y, marker="o", facecolor=base.GREY, label=label, **look)
-    halves: tuple[Any, Any] = ("left", "right")
-    for color, one, half in zip(sheets.COLORS, state, halves, strict=True):
-        if one:  # two roots are the left half of a square and the right half of a disc
-            marker = MarkerStyle(
-                base.MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half
-            )
-            face, edge = (
-                (base.COLOR_OF[color],) * 2 if one == 2 else ("white", base.GREY)
-            )
-            ax.scatter(
-                x, y, marker=marker, facecolor=face, edgecolor=edge, label=label, **look
-            )
+    x, y = np.array(places).T
+    names = ("no", "singular", "yes")
+    red, blue = state
+    look: dict[str, Any] = {"gid": f"{names[red]} {names[blue]}", "zorder": 3}
+    look["label"] = _label_of(state, relation)
+    if state == (0, 0):
+        dot = {"s": 3.5, "linewidth": 0.0, "facecolor": base.GREY}
+        ax.scatter(x, y, marker="o", **dot, **look)
+        return
+    fills: list[Any] = ["full", "full"]
+    if red and blue:  # the left half of a square and the right half of a disc
+        fills = ["left", "right"]
+    for color, value, fill in zip(sheets.COLORS, state, fills, strict=True):
+        if value == 0:
+            continue
+        marker = MarkerStyle(base.MARKER_OF[color], fillstyle=fill)
+        face, edge = base.COLOR_OF[color], base.COLOR_OF[color]
+        if value == 1:
+            face, edge = "white", base.GREY
+        size = {"s": 42.0, "linewidth": 0.6, "facecolor": face, "edgecolor": edge}
+        ax.scatter(x, y, marker=marker, **size, **look)
+
+
+def _label_of(state: tuple[int, int], relation: str) -> str:
+    """Return what the mark of a state means."""
+    words = ("", "$R = 0$", f"${relation}$")
+    red, blue = state
+    if red == blue == 0:
+        return f"no root with ${relation}$"
+    if red == blue:
+        return f"(+,+) and (−,−): {words[red]}"
+    parts = []
+    if red:
+        parts.append(f"(+,+): {words[red]}")
+    if blue:
+        parts.append(f"(−,−): {words[blue]}")
+    return ", ".join(parts)
 
 
 def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
