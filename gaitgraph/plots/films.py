@@ -87,7 +87,9 @@ def write_films(
     table = source if isinstance(source, Table) else table_of(timed)
     period, vehicle = timed.period, timed.gait.vehicle
     count = frames_of(period)
-    title = f"{name_of(timed.gait)} · vehicle {_short(vehicle.name)} · T = {period:g} s"
+    title = (
+        f"{name_of(timed.gait)} · vehicle {short_name(vehicle.name)} · T = {period:g} s"
+    )
     if isinstance(table.about.get("law"), str):
         title += f" · {table.about['law']}"
     alpha = timed.at(period * np.arange(count) / count).alpha
@@ -133,11 +135,11 @@ def _speed(seconds: float) -> str:
     return f" (shown {'slower' if shown > seconds else 'faster'}: {shown:g} s)"
 
 
-def _short(name: str) -> str:
+def short_name(name: str, most: int = 32) -> str:
     """Return a name that fits into a title."""
-    if len(name) <= 32:
+    if len(name) <= most:
         return name
-    return f"{name[:31]}…"
+    return f"{name[: most - 1]}…"
 
 
 def _blank_film(

@@ -20,6 +20,7 @@ from gaitgraph.plots import axes as base
 from gaitgraph.plots.films import (
     check_films,
     quarter_of_weight,
+    short_name,
     start_of,
     write_flight_film,
 )
@@ -107,9 +108,8 @@ def _panel_axes(
 
 def _what_was_flown(flight: Flight) -> str:
     """Return the gait's name, the vehicle, T, the reference and entry if any, and the attitude at the start."""
-    course, settings, vehicle = flight.course, flight.settings, flight.vehicle.name
-    if len(vehicle) > 24:
-        vehicle = f"{vehicle[:23]}…"
+    course, settings = flight.course, flight.settings
+    vehicle = short_name(flight.vehicle.name, 24)
     parts = [name_of(course.timed.gait), f"vehicle {vehicle}"]
     parts.append(f"T = {course.timed.period:g} s")
     reference = f"{settings.reference} of {settings.size:g} m"

@@ -359,28 +359,25 @@ PANELS = (
 
 def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
     """Draw one of the PANELS of a timed gait over a period; physics is exact, and level but for attitudes."""
-    gait, vehicle, t = (
-        timed.gait,
-        timed.gait.vehicle,
-        np.linspace(0.0, timed.period, 2 * FINE),
-    )
+    gait, vehicle = timed.gait, timed.gait.vehicle
+    ax.set_title(fill(f"{name}: {panel}", 46), fontsize=9)
+    if panel == "loop on the map":
+        _draw(ax, gait, legend=True)
+        return
+    if panel == "acceptable attitudes":
+        roll_pitch_diagram(gait, name=name, ax=ax)
+        return
+    t = np.linspace(0.0, timed.period, 2 * FINE)
     alpha = timed.at(t).alpha
     value = matrices.least_singular_value(alpha, vehicle)
-    if panel == PANELS[0]:
-        plot(gait, ax=ax)
-    elif panel == PANELS[1]:
+    if panel == "tilt angles":
         draw_angles(ax, t, alpha)
-    elif panel == PANELS[3]:
-        roll_pitch_diagram(gait, name=name, ax=ax)
-    elif panel == PANELS[4]:
-        ax.plot(
-            t, value, color="black", linewidth=1.6, label="least singular value, level"
-        )
+    elif panel == "least singular value":
+        line: dict[str, Any] = {"color": "black", "linewidth": 1.6}
+        ax.plot(t, value, label="least singular value, level", **line)
         base.draw_limit(ax, DEFAULT_FLOOR, f"floor {DEFAULT_FLOOR:g}")
-        ax.set(
-            ylabel="least singular value",
-            ylim=(0.0, max(0.6, 1.1 * float(value.max()))),
-        )
+        most = max(0.6, 1.1 * float(value.max()))
+        ax.set(ylabel="least singular value", ylim=(0.0, most))
     elif value.min() > 1e-3:
         shares = matrices.hover_thrust_shares(alpha, vehicle)
         base.draw_four(ax, t, shares, "rotor {}")
@@ -389,11 +386,9 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
         ax.set(ylabel="hover thrust (m·g)", ylim=(min(0.0, ax.get_ylim()[0]), None))
     else:
         base.draw_note(ax, "singular in level flight")
-    if panel not in (PANELS[0], PANELS[3]):
-        ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
-        ax.grid(True)
-        base.legend_below(ax, ncols=2)
-    ax.set_title(fill(f"{name}: {panel}", 46), fontsize=9)
+    ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
+    ax.grid(True)
+    base.legend_below(ax, ncols=2)
 
 
 def draw_sheet(
@@ -449,8 +444,13 @@ def write_regions(
 def html_of(shown: Shown) -> str:
     """Return an object as HTML that can be put anywhere in a page: its text, and its picture but for a report."""
     title, _, text = str(shown).partition("\n")
-    picture, words = ("", "") if isinstance(shown, Report) else _picture(shown)
-    text = "\n".join(line for line in (text, words if words != title else "") if line)
+    picture = ""
+    lines = [text]
+    if not isinstance(shown, Report):
+        picture, words = _picture(shown)
+        if words != title:
+            lines.append(words)
+    text = "\n".join(line for line in lines if line)
     box = f'<div style="flex:1 1 24em;min-width:0"><strong>{escape(title)}</strong>'
     box += f'<pre style="white-space:pre-wrap">{escape(text)}</pre></div>'
     return f'<div style="display:flex;flex-wrap:wrap;align-items:flex-start;gap:4px 20px">{picture}{box}</div>'
@@ -475,17 +475,20 @@ def _picture(shown: Shown) -> tuple[str, str]:
 
 
 def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
-    """Draw an object, with a legend where it has one and that is asked for, and return what the picture shows."""
+    """Draw an object, a gait or a plan with a legend if that is asked for, and return what the picture shows."""
     title = str(shown).partition("\n")[0]
     if isinstance(shown, Pictured):
         shown = shown._shown
         if shown is None:
             raise InputError(f"an answer must have a gait to be plotted, got: {title}")
-    return _drawn(shown, ax, legend) or title
+    words = _drawn(shown, ax)
+    if legend and isinstance(shown, (Gait, Plan)):
+        base.legend_below(ax, ncols=2)
+    return words or title
 
 
 @singledispatch
-def _drawn(shown: Any, ax: Axes, legend: bool) -> str:
+def _drawn(shown: Any, ax: Axes) -> str:
     """Draw an object of one of the kinds below; return what the picture shows, "" for the object's first line."""
     raise InputError(
         "only gaits, tables, plans, reports, other answers, regions and vehicles can be plotted, got "
@@ -494,30 +497,38 @@ def _drawn(shown: Any, ax: Axes, legend: bool) -> str:
 
 
 @_drawn.register(Gait)
-def _(shown: Gait, ax: Axes, legend: bool) -> str:
-    title = _draw_gait_on_map(ax, shown)
-    if legend:
-        base.legend_below(ax, ncols=2)
-    return title
+def _(gait: Gait, ax: Axes) -> str:
+    return _draw_gait_on_map(ax, gait)
 
 
 @_drawn.register(Plan)
-def _(shown: Plan, ax: Axes, legend: bool) -> str:
-    title = _draw_plan(ax, shown)
-    if legend:
-        base.legend_below(ax, ncols=2)
-    return title
+def _(plan: Plan, ax: Axes) -> str:
+    request = plan.request
+    if plan.loop is not None:
+        words = _draw_gait_on_map(ax, plan.loop.gait, request.zones)
+    else:
+        words = _draw_map(ax, _sheet_of_request(request), request.zones)
+        nearest = plan.refusals[0].moved
+        for waypoint, place in zip(plan.waypoints, nearest, strict=False):
+            if waypoint != place:
+                base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])
+    if not plan.waypoints:
+        return words
+    points = np.array([point[:2] for point in plan.waypoints], dtype=float)
+    ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": "black"}
+    ax.plot(*points.T, "o", label="waypoints", markersize=7, zorder=5, **ring)
+    return f"{words}; rings: waypoints"
 
 
 @_drawn.register(TimedGait)
-def _(shown: TimedGait, ax: Axes, legend: bool) -> str:
-    draw_angles(ax, shown.t, shown.alpha)
+def _(timed: TimedGait, ax: Axes) -> str:
+    draw_angles(ax, timed.t, timed.alpha)
     base.legend_below(ax, ncols=4)
     return ""
 
 
 @_drawn.register(Table)
-def _(shown: Table, ax: Axes, legend: bool) -> str:
+def _(shown: Table, ax: Axes) -> str:
     table = checked_table(shown)
     alpha = tilt_angles(table, surface_of(table)[1])
     places = table["t"] if "t" in table else np.arange(1.0, len(alpha) + 1)
@@ -528,35 +539,35 @@ def _(shown: Table, ax: Axes, legend: bool) -> str:
 
 
 @_drawn.register(Flight)
-def _(shown: Flight, ax: Axes, legend: bool) -> str:
+def _(flight: Flight, ax: Axes) -> str:
     for name in ("roll", "pitch", "yaw"):
-        ax.plot(shown.column("t"), np.degrees(shown.column(name)), label=name)
+        ax.plot(flight.column("t"), np.degrees(flight.column(name)), label=name)
     ax.set(xlabel="$t$ (s)", ylabel="attitude (°)")
     base.legend_below(ax, ncols=3)
     return ""
 
 
 @_drawn.register(Report)
-def _(shown: Report, ax: Axes, legend: bool) -> str:
-    _draw_checks(ax, shown)
+def _(report: Report, ax: Axes) -> str:
+    _draw_checks(ax, report)
     return ""
 
 
 @_drawn.register(RobustnessReport)
-def _(shown: RobustnessReport, ax: Axes, legend: bool) -> str:
-    draw_robustness(ax, shown, "gait")
+def _(report: RobustnessReport, ax: Axes) -> str:
+    draw_robustness(ax, report, "gait")
     return ""
 
 
 @_drawn.register(Region)
-def _(shown: Region, ax: Axes, legend: bool) -> str:
-    _draw_region(ax, shown)
+def _(region: Region, ax: Axes) -> str:
+    _draw_region(ax, region)
     return ""
 
 
 @_drawn.register(Vehicle)
-def _(shown: Vehicle, ax: Axes, legend: bool) -> str:
-    seen = vehicle_view(np.zeros(4), shown, view=FROM_ABOVE)
+def _(vehicle: Vehicle, ax: Axes) -> str:
+    seen = vehicle_view(np.zeros(4), vehicle, view=FROM_ABOVE)
     low, high = seen.limits
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     ax.set_axis_off()
@@ -627,25 +638,6 @@ def _draw_gait_on_map(ax: Axes, gait: Gait, zones: Zones | None = None) -> str:
     end = max(HALF_PI, float(np.abs(gait.alpha[:, :2]).max()))
     ax.set(xlim=(-end, end), ylim=(-end, end))
     return words
-
-
-def _draw_plan(ax: Axes, plan: Plan) -> str:
-    """Draw a plan on the map of its sheet, and return what is shaded."""
-    request = plan.request
-    if plan.loop is not None:
-        words = _draw_gait_on_map(ax, plan.loop.gait, request.zones)
-    else:
-        words = _draw_map(ax, _sheet_of_request(request), request.zones)
-        nearest = plan.refusals[0].moved
-        for waypoint, place in zip(plan.waypoints, nearest, strict=False):
-            if waypoint != place:
-                base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])
-    if not plan.waypoints:
-        return words
-    points = np.array([point[:2] for point in plan.waypoints], dtype=float)
-    ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": "black"}
-    ax.plot(*points.T, "o", label="waypoints", markersize=7, zorder=5, **ring)
-    return f"{words}; rings: waypoints"
 
 
 def _draw_map(ax: Axes, sheet: _Sheet, zones: Zones | None) -> str:

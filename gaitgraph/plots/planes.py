@@ -401,7 +401,7 @@ def _mark_nodes(
     look: dict[str, Any] = {"gid": f"{names[red]} {names[blue]}", "zorder": 3}
     look["label"] = _label_of(state, relation)
     if state == (0, 0):
-        dot = {"s": 3.5, "linewidth": 0.0, "facecolor": base.GREY}
+        dot: dict[str, Any] = {"s": 3.5, "linewidth": 0.0, "facecolor": base.GREY}
         ax.scatter(x, y, marker="o", **dot, **look)
         return
     fills: list[Any] = ["full", "full"]
@@ -414,7 +414,8 @@ def _mark_nodes(
         face, edge = base.COLOR_OF[color], base.COLOR_OF[color]
         if value == 1:
             face, edge = "white", base.GREY
-        size = {"s": 42.0, "linewidth": 0.6, "facecolor": face, "edgecolor": edge}
+        size: dict[str, Any] = {"s": 42.0, "linewidth": 0.6}
+        size |= {"facecolor": face, "edgecolor": edge}
         ax.scatter(x, y, marker=marker, **size, **look)
 
 
