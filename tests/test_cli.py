@@ -27,6 +27,7 @@ from gaitgraph.io.formats import read_table
 from gaitgraph.planning.request import CHOICES, REQUEST_FIELDS
 from gaitgraph.timing.laws import LAWS
 from tests.published import GAITS
+from tests.samples import along
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -194,8 +195,8 @@ def test_validate_answers_by_its_exit_code(line: Any) -> None:
 
 
 def test_colorings(line: Any) -> None:
-    answer = line("colorings gait3 --json").json
-    assert answer["colorings"] == [["red"] * 4, ["blue"] * 4]
+    done = line("colorings gait3 --json")
+    assert (done.code, done.json["colorings"]) == (0, [["red"] * 4, ["blue"] * 4])
     assert line("colorings gait3").out.splitlines()[1:] == [
         "  R > 0  none: point 1 has no root with R > 0, neither red nor blue",
         *("  R < 0  all red", "  R < 0  all blue"),
@@ -237,6 +238,26 @@ def test_pace(line: Any) -> None:
     assert answer["servo"]["distance_off_sheet"] == 0
     table = read_table("fast.json")
     assert (len(table), table.about["law"]) == (51, "least-period")
+    assert "not flyable" not in line("pace gait3 --max-acceleration 60").out
+
+
+def test_compare(line: Any) -> None:
+    row = line("compare gait1 gait3 --json").json["gaits"][1]
+    gait = gg.gait_of("gait3")
+    shares = gg.invertibility.hover_thrust_shares(along(gait.alpha, 500))
+    assert row["least_hover_thrust"] == pytest.approx(shares.min(), rel=1e-3)
+    assert row["largest_hover_thrust"] == pytest.approx(shares.max(), rel=1e-3)
+    timed = gait.parametrize()
+    assert row["hover_power"] == gg.validate(timed).hover_power
+    assert row["peak_rate"] == pytest.approx(timed.peak_rates.max())
+    assert (row["length"], row["reason"]) == (gait.length, "")
+    lines = line("compare gait1 gait3").out.splitlines()
+    cells = {text[:36].strip(): text[36:].split() for text in lines[:-1]}
+    assert cells["gait"] == ["gait1", "gait3"]
+    assert cells["flyable"] == ["no", "yes"]
+    assert cells["length (rad)"] == ["3.142", "3.142"]
+    assert cells["least hover thrust (m·g)"][0] == "none"
+    assert lines[-1].startswith("gait1 is not flyable: least singular value")
 
 
 # One case for each way of being wrong.

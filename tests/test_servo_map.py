@@ -77,6 +77,19 @@ def test_a_map_does_what_it_says(servos: str) -> None:
         assert found.tolist() == found.round(1).tolist()
 
 
+def test_units_of_joints() -> None:
+    """A normalized joint is −1 and 1 at its limits; each joint has the linkage of its rotor."""
+    names: dict[str, Any] = {"name": "a", "column": "a", "rotor": 1}
+    normalized = gg.io.Joint(**names, unit="normalized", limits=(-1.0, 3.0))
+    assert normalized.value_of(np.array([-1.0, 1.0, 3.0])).tolist() == [-1, 0, 1]
+    degrees = gg.io.Joint(**names, unit="deg", zero=0.5, sign=-1)
+    assert degrees.value_of(0.1) == pytest.approx(math.degrees(0.5 - 0.1))
+    linkages = [[[-2.0, -2.0], [2.0, 2.0 - k / 8]] for k in range(4)]
+    vehicle = gg.PAPER.replace(linkage=linkages)
+    for joint in servo_map_named("x_frame").linked_to(vehicle).joints:
+        assert joint.linkage == vehicle.linkages[joint.rotor - 1]
+
+
 def test_the_papers_map_changes_no_bit() -> None:
     columns = mapped_columns(TABLE, servo_map_named("paper"))
     same = ["t", *ANGLES, *RATES, *ACCELERATIONS]
