@@ -8,6 +8,7 @@ import re
 import struct
 import subprocess
 import sys
+import warnings
 import zipfile
 from dataclasses import replace
 from io import BytesIO, StringIO
@@ -32,7 +33,7 @@ from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 from tests.mutated import check_mutations, refusal
 from tests.published import GAITS
-from tests.samples import table_from
+from tests.samples import table_from, write_rows
 
 if TYPE_CHECKING:
     from gaitgraph.timing.laws import LawName
@@ -439,6 +440,25 @@ def test_files_with_something_else_are_refused(
 ) -> None:
     for suffix in suffixes.split():
         assert re.search(message, refusal(write_columns(suffix, columns)))
+
+
+@pytest.mark.parametrize(
+    ("times", "note"),
+    [
+        ([0, 50, 100], "row 3 is 100 s after row 1, more than a minute: is t in s?"),
+        ([0, 20, 40], ""),
+        ([0, 1, 2, 3, 30], "row 5 is 27 s after the row before, 27 times the median"),
+    ],
+)
+def test_times_that_are_probably_wrong_are_noted(times: list[float], note: str) -> None:
+    rows = np.column_stack([times, [[*ROW.values()]] * len(times)])
+    write_rows(Path("a.csv"), rows)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        gg.validate("a.csv")
+    said = "".join(str(warning.message) for warning in caught)
+    assert note in said
+    assert bool(note) == bool(said)
 
 
 ROW = dict(zip(ANGLES, [0.4, -0.4, 0.4, -0.4], strict=True))
