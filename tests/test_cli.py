@@ -75,9 +75,9 @@ def test_plan_for_people_fits_a_screen_and_writes_the_gait(line: Any) -> None:
 def test_options_replace_what_a_file_says_and_an_answer_is_a_request(line: Any) -> None:
     stated = line("plan good.toml --json").json["request"]
     assert (stated["period"], stated["method"]) == (2.0, "exact")
-    options = "--period 0.5 --divisions 16 --rate 4 --require valid --output b.csv"
+    options = "--period 4 --divisions 16 --rate 0.5 --require valid --output b.csv"
     plan = line(f"plan good.toml {options} --json").json
-    assert (plan["request"]["period"], plan["request"]["method"]) == (0.5, "grid")
+    assert (plan["request"]["period"], plan["request"]["method"]) == (4.0, "grid")
     assert len(read_table("b.csv")) == 3
     Path("plan.json").write_text(json.dumps(plan))
     assert line("plan plan.json --json").json == plan
