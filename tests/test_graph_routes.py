@@ -313,3 +313,13 @@ def test_many_places_have_a_good_order() -> None:
     better = shortest_order(80, lambda a, b: again[a, b]) or ()
     assert total(better, again) <= total(range(80), again)
     assert shortest_order(11, lambda a, b: 0.0) == tuple(range(11))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_direction_of_an_order_is_that_whose_second_place_comes_first(
+    seed: int,
+) -> None:
+    places = np.random.default_rng(seed).uniform(0, 1, (12, 2))
+    order = shortest_order(12, lambda a, b: math.dist(places[a], places[b])) or ()
+    assert order[0] == 0
+    assert order[1] < order[-1]

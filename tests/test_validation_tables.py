@@ -365,6 +365,7 @@ def test_the_segment_that_closes_a_table_is_judged_too(rows: int) -> None:
     step = np.abs(table.alpha[0] - table.alpha[rows - 1]).max()
     assert (report.flyable, report.notes) == (True, ())
     assert report["closed"].value == pytest.approx(step)
+    assert (report["closed"].where or {})["row"] == rows
     assert ("back to row 1 is judged too" in report["closed"].message) is (rows == 40)
 
 
