@@ -323,3 +323,19 @@ def test_the_direction_of_an_order_is_that_whose_second_place_comes_first(
     order = shortest_order(12, lambda a, b: math.dist(places[a], places[b])) or ()
     assert order[0] == 0
     assert order[1] < order[-1]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_without_time_each_place_is_followed_by_the_nearest_if_that_is_shorter(
+    seed: int,
+) -> None:
+    places = np.random.default_rng(seed).uniform(0, 1, (12, 2))
+    apart = np.linalg.norm(places[:, None] - places, axis=2)
+    order = shortest_order(12, lambda a, b: math.nan, apart, until=0.0) or ()
+    nearest, left = [0], set(range(1, 12))
+    while left:
+        here = nearest[-1]
+        nearest.append(min(left, key=lambda place: apart[here, place]))
+        left.remove(nearest[-1])
+    given = list(range(12))
+    assert list(order) == min((given, nearest), key=lambda way: total(way, apart))

@@ -20,6 +20,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.surface.sheets import sheet_distances
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.validation.report import Check, GaitPoint, Report, State, limit_check
+from gaitgraph.validation.worst import worst_of
 from tests.published import GAITS
 from tests.samples import EXACT, PUBLISHED, along, points_of, table_from
 
@@ -90,6 +91,19 @@ def test_messages_of_rate_limits(
     check = limit_check("tilt_rate", peak, 3, limit, "slower", place)
     assert (check.ok, check.value, check.limit) == (ok, peak, limit)
     assert check.message == message
+
+
+def test_of_motions_one_after_another_the_worst_of_each_check_counts() -> None:
+    mild, strong = (lift([(first, -first)], "red").check() for first in (0.6, 1.2))
+    assert strong.notes != mild.notes == ()
+    thrusts = np.array([report.hover_thrusts for report in (mild, strong)])
+    singular: list[Any] = [one["least_singular_value"].value for one in (mild, strong)]
+    for reports in ([mild, strong], [strong, mild]):
+        worst = worst_of(reports)
+        assert worst.notes == strong.notes
+        assert worst.hover_thrusts == (thrusts.min(), thrusts.max())
+        assert f"to {thrusts.max():.3f} of m·g" in worst["hover_thrust"].message
+        assert worst["least_singular_value"].value == min(singular)
 
 
 # The rules of the paper

@@ -355,6 +355,12 @@ def test_no_row_of_a_planned_gait_is_far_from_its_neighbours(
     assert notes == ()
 
 
+def test_the_tip_of_a_way_out_and_back_is_not_far_from_its_neighbours() -> None:
+    loop = lift([(0.4, -0.4), (0.8, -0.4)], "red")
+    rows = loop.parametrize(samples=40, law="constant-speed").alpha
+    assert validate(table_from(rows)).notes == ()
+
+
 # How a table closes
 
 
