@@ -197,6 +197,13 @@ def test_what_cannot_fly_is_an_alternative_beside_a_flyable_loop_only_if_asked()
     np.testing.assert_array_equal(plan.gait.alpha, asked.gait.alpha)
 
 
+def test_one_waypoint_is_called_a_posture() -> None:
+    for points, posture in ((G3.waypoints, False), (G3.waypoints[:1], True)):
+        plan = gg.plan_loop(points)
+        assert any("single posture" in warning for warning in plan.warnings) is posture
+        assert str(plan).startswith("The plan is a single posture") is posture
+
+
 def test_a_loop_that_crosses_itself_is_pointed_out() -> None:
     crossing = [G3.waypoints[k] for k in (0, 2, 1, 3)]
     for points, any_order, warned in (
@@ -294,7 +301,11 @@ def test_only_what_can_fly_is_handed_out_and_the_rest_is_an_alternative(
     assert not plan
     assert " ".join(refusal.kind for refusal in plan.refusals) == kinds
     assert [short(loop) for loop in plan.alternatives] == others
-    assert not any(loop.report.flyable for loop in plan.alternatives)
+    for loop in plan.alternatives:
+        assert not loop.report.flyable
+        for check in loop.report.checks:
+            name = check.name.replace("_", " ")
+            assert (name in str(loop)) is (check.mark != "ok")
     assert (plan.advice is not None) is bool(others)
     valid = gg.plan_loop(points, **{"require": "valid", **asked})
     assert bool(valid) is bool(others)

@@ -248,6 +248,26 @@ def test_no_loop_is_more_robust(monkeypatch: pytest.MonkeyPatch) -> None:
         assert loop_of(plan).lower_bound == known
 
 
+def test_a_straight_loop_that_dips_between_its_waypoints_is_not_the_most_robust() -> (
+    None
+):
+    points = [("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+    straight, robust = (
+        exact(points, vehicle=STRONG, objective=objective).report
+        for objective in ("shortest", "robust")
+    )
+    least: Any = straight["least_singular_value"].value
+    most: Any = robust["least_singular_value"].value
+    assert least + 1e-3 < most
+
+
+def test_a_blue_loop_never_wraps() -> None:
+    points = [(-1.3, 0.2), (-1.3, 0.5), (-1.1, 0.2)]
+    for count in (2, 3):
+        plan = exact(points[:count], color="blue", require="valid", accuracy=1e-2)
+        assert not plan or plan.report.valid
+
+
 # Where coarse polygons decide a level wrongly for the waypoints themselves.
 (X1, Y1), (X2, Y2) = (0.328092, 0.331851), (0.015763, 0.104221)
 UNEVEN = gg.Vehicle(

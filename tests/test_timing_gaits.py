@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from math import ceil, inf, pi, sqrt
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 import pytest
@@ -15,7 +15,10 @@ from gaitgraph.gait.gait import lift
 from gaitgraph.timing.laws import LAWS, LawName
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, checked_clock, timed_gait_of
 from tests.published import GAITS
-from tests.samples import on_red, table_from
+from tests.samples import on_red, table_from, write_rows
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 angle = st.floats(-1.5, 1.5)
 LONG_AND_SHORT = [(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)]
@@ -200,6 +203,22 @@ def test_a_law_that_turns_corners_at_full_speed_keeps_no_limit_of_acceleration()
     check = timed.check()["tilt_acceleration"]
     assert (check.ok, check.value) == (False, inf)
     assert "use the law 'smooth'" in check.message
+
+
+def test_a_file_without_times_is_timed_by_a_period_alone(tmp_path: Path) -> None:
+    write_rows(tmp_path / "a.csv", lift(LONG_AND_SHORT[:2], "red").alpha)
+    with pytest.raises(gg.InputError, match="has no column t"):
+        timed_gait_of(tmp_path / "a.csv")
+    timed = timed_gait_of(tmp_path / "a.csv", period=3.0)
+    assert (timed.period, timed.samples, len(timed.vertices())) == (3.0, 100, 2)
+
+
+def test_a_path_gets_another_timing_with_as_many_rows() -> None:
+    table = gg.transition("hover", "gait4", samples=30).table
+    timed = timed_gait_of(table, period=3.0)
+    assert timed.samples == len(table) - 1 == 30
+    assert timed.corner_times.tolist() == [0.0, 3.0]
+    np.testing.assert_allclose(timed.alpha, table.alpha, atol=1e-12)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.5])
