@@ -150,6 +150,7 @@ def test_what_only_the_clock_forbids_beats_what_physics_forbids() -> None:
     assert shorter.length < loop_of(plan).length
 
 
+@methods
 @pytest.mark.parametrize(
     ("text", "options", "order"),
     [
@@ -167,11 +168,12 @@ def test_what_only_the_clock_forbids_beats_what_physics_forbids() -> None:
     ],
 )
 def test_flyable_then_the_objective_then_red_then_positive_is_first(
-    text: str, options: Any, order: str
+    text: str, options: Any, order: str, method: Any
 ) -> None:
-    plan = gg.plan_loop(pairs(text), divisions=16, require="valid", **options)
+    plan = gg.plan_loop(pairs(text), method=method, require="valid", **options)
     loops = [loop_of(plan), *plan.alternatives]
-    assert ", ".join(map(short, loops)) == order
+    # On a side of the square the exact method has one of both.
+    assert order.startswith(", ".join(map(short, loops)))
 
 
 def test_a_robust_loop_is_no_longer_than_it_must_be() -> None:
@@ -368,6 +370,7 @@ def test_a_waypoint_is_in_a_part_of_the_region_or_told_why_not() -> None:
     assert first.nearest == (None, pytest.approx((0.1671, 0.5), abs=1e-4))
     assert second.parts == (None, None)
     assert "waypoint 1 (-0.4000, 0.4000): in part 1\n" in str(first)
+    assert str(first).endswith("no loop can join them")
     areas = [part["area"] for part in first.as_mapping()["parts"]]
     assert sum(areas) == pytest.approx(first.region.area)
     walled = gg.location_of(ACROSS, sign="negative", keep_out=[FENCE]).regions[0]
