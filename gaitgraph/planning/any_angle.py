@@ -95,7 +95,9 @@ def _straight_loop(branch: Branch, *, robust: bool) -> Loop | None:
         lower_bound=length_of([*points, points[0]]),
     )
     if branch.require == "flyable" and not robust:
-        holds = loop.checks.flyable  # which the answer needs anyway
+        # Which the answer needs anyway. At α1 = ±π/2 both signs of R have a root, of which one is lifted.
+        has_sign = (branch.wanted * loop.path.R > 0).all()
+        holds = bool(has_sign) and loop.checks.flyable
     else:
         holds = straight_loop_holds(branch)
     if holds and robust:
