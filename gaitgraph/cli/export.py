@@ -19,7 +19,7 @@ from gaitgraph.cli.options import (
     require_option,
     sampling_options,
 )
-from gaitgraph.cli.output import tell, warn_of_rate, working
+from gaitgraph.cli.output import print_problem, tell, warn_of_rate, working
 
 if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
@@ -96,12 +96,17 @@ def export_command(
     nothing is written and the exit code is 1, unless --anyway. With --from-hover the flight is written from hover to hover,
     which is run once; with --period or --law of the gait.
     """
+    from gaitgraph.gait.gait import PAPER_GAITS
     from gaitgraph.io.exporting import export
-    from gaitgraph.io.formats import tables_and_films
+    from gaitgraph.io.formats import holds_request, tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.films import check_films, write_films
 
     joints = None if columns is None else servo_map_named(columns)
+    if joints is not None and (gait_file in PAPER_GAITS or holds_request(gait_file)):
+        raise click.UsageError(
+            f"--columns is of a servo table, and {gait_file} is none"
+        )
     servo_map = None if servos is None else servo_map_named(servos)
     tables, films = tables_and_films(outputs)
     check_films(films, force=force)
@@ -139,10 +144,25 @@ def export_command(
         if films:
             write_films(exported.table, films, force=force)
         warn_of_rate(exported.table["t"], rate)
+        _warn_of_phases(exported)
     return tell(
         _answer_of(exported, outputs, servo_map),
         _lines_of(exported, outputs, films, periods or 1),
     )
+
+
+def _warn_of_phases(exported: Exported) -> None:
+    """Print a warning if a part of a mission is shorter than the time between rows."""
+    table = exported.table
+    phases = table.about.get("phases", ())
+    begins = [begin for _, begin in phases] + [float(table["t"][-1])]
+    step = float(table["t"][1] - table["t"][0])
+    for (phase, begin), end in zip(phases, begins[1:], strict=True):
+        if end - begin < step * (1 - 1e-9):
+            print_problem(
+                f"warning: rows are {step:.4g} s apart, and the {phase} lasts {end - begin:.4g} s: set a higher --rate"
+            )
+            return
 
 
 def _mission_of(

@@ -39,6 +39,7 @@ from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.table import Table, check_repeats
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import BoolArray, determinant
+from gaitgraph.records import Record
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.texts import table_lines
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
@@ -62,7 +63,7 @@ _AFTER = 2.0  # s beyond the period, where no duration is stated
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Basin:
+class Basin(Record):
     """Flights of one gait from a square grid of attitudes, at one or more moments of its period.
 
     Angles are in radians, times in seconds. Arrays of flights have shape (b, m, m): moment of take-off, roll, pitch.

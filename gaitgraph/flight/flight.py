@@ -22,6 +22,7 @@ from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.pictured import Pictured
+from gaitgraph.records import Record
 from gaitgraph.texts import table_lines
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.vehicle import vehicle_named
@@ -52,7 +53,7 @@ def _number(default: float | None, least: float, most: float, unit: str) -> Any:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FlightSettings:
+class FlightSettings(Record):
     """The settings of a flight, immutable, in SI units and radians; InputError outside the ranges of the fields below.
 
     Parameters

@@ -273,34 +273,12 @@ class Gait(Pictured):
             else f"R {low:.3g}"
         )
         title = f"Gait, {self.color or 'off the surfaces'}: {self.size_text}, {signs}"
-        return "\n".join([title, self.setting_text, "", *self.corner_lines])
+        return "\n".join([title, setting_line(self), "", *corner_lines(self)])
 
     @property
     def size_text(self) -> str:
         """The number of corners and the length."""
         return f"{len(self.alpha)} corner{'s' * (len(self.alpha) > 1)}, {self.length:.4f} rad around"
-
-    @property
-    def setting_text(self) -> str:
-        """The vehicle and the coefficients in one line."""
-        return f"vehicle {self.vehicle.name} (κ = {self.vehicle.drag_ratio:.4f}), {self.coefficients.kind} coefficients"
-
-    @property
-    def corner_lines(self) -> list[str]:
-        """The first twelve corners as lines of a table."""
-        corners, types, most = len(self.alpha), self.types, 12
-        rows = [["corner", "α1", "α2", "α3", "α4"]]
-        rows += [
-            [str(number), *map(text_from_angle, angles)]
-            for number, angles in enumerate(self.alpha[:most].tolist(), start=1)
-        ]
-        if types:
-            for row, kind in zip(rows, ("types", *types), strict=False):
-                row.append(kind)
-        lines = table_lines(rows, right=range(5))
-        if corners > most:
-            lines.append(f"  … and {corners - most} more")
-        return lines
 
 
 def lift(
@@ -351,6 +329,31 @@ def lift(
         coefficients=numbers,
         crossing_tolerance=crossing_tolerance,
     )
+
+
+def setting_line(gait: Gait) -> str:
+    """Return the vehicle and the coefficients of a gait in one line."""
+    ratio = f"κ = {gait.vehicle.drag_ratio:.4f}"
+    return (
+        f"vehicle {gait.vehicle.name} ({ratio}), {gait.coefficients.kind} coefficients"
+    )
+
+
+def corner_lines(gait: Gait) -> list[str]:
+    """Return the first twelve corners of a gait as lines of a table."""
+    corners, types, most = len(gait.alpha), gait.types, 12
+    rows = [["corner", "α1", "α2", "α3", "α4"]]
+    rows += [
+        [str(number), *map(text_from_angle, angles)]
+        for number, angles in enumerate(gait.alpha[:most].tolist(), start=1)
+    ]
+    if types:
+        for row, kind in zip(rows, ("types", *types), strict=False):
+            row.append(kind)
+    lines = table_lines(rows, right=range(5))
+    if corners > most:
+        lines.append(f"  … and {corners - most} more")
+    return lines
 
 
 def points_on_sheets(

@@ -53,6 +53,10 @@ class Cycle(ClosedWalk):
 
     surface: nx.Graph[Any] = field(repr=False, compare=False)
 
+    def _constructed_from(self) -> dict[str, Any]:
+        """Return all fields but the graph, without which no cycle is made again."""
+        return {"nodes": self.nodes, "length": self.length, "cost": self.cost}
+
     @property
     def sign(self) -> Sign:
         """Sign of R: "positive" or "negative"."""

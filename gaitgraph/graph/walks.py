@@ -18,6 +18,7 @@ import numpy as np
 
 from gaitgraph.angles import checked_number
 from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.records import Record
 from gaitgraph.tolerances import SAME_ANGLE
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ def usable_graph(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ClosedWalk:
+class ClosedWalk(Record):
     """A closed walk: its nodes, the first not repeated, its length [rad], and its cost, the length without a weight."""
 
     nodes: tuple[Any, ...]
@@ -178,7 +179,7 @@ def closed_walk(
     weight
         Own cost of an edge instead of its length, as in networkx: the name of an edge attribute, or a function of both
         nodes and the edge's attributes, of which the cost is at least 0 and the same in both directions; None hides
-        the edge. InputError otherwise.
+        the edge. InputError otherwise, and if a stop is no node.
 
     Examples
     --------
@@ -190,6 +191,7 @@ def closed_walk(
     """
     import networkx as nx
 
+    _check_stops(graph, stops)
     usable = usable_graph(graph, allowed_edges(require), weight)
     if objective == "robust":
         least = _best_worst_case(usable, stops)
@@ -223,6 +225,24 @@ def closed_walk(
         length=length / QUANTA_PER_RADIAN,
         cost=cost / QUANTA_PER_RADIAN,
     )
+
+
+def _check_stops(graph: nx.Graph[Any], stops: Sequence[Sequence[Any]]) -> None:
+    """Raise InputError unless there are stops, each with nodes of the graph."""
+    if not len(stops) or not all(map(len, stops)):
+        raise InputError(
+            f"stops must have at least one node each, got {shown(stops)}",
+            field="stops",
+            value=stops,
+        )
+    for stop in stops:
+        for node in stop:
+            if node not in graph:
+                raise InputError(
+                    f"stops must be nodes of the graph, got {shown(node)}",
+                    field="stops",
+                    value=node,
+                )
 
 
 def _blocked_leg(stops: Sequence[Sequence[Any]], paths: _Paths) -> int:

@@ -28,6 +28,7 @@ from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
 from gaitgraph.invertibility.matrices import tilt_angles
+from gaitgraph.records import Record
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, vehicle_named
 
@@ -56,7 +57,7 @@ _CORNERS = np.array(list(product((-1.0, 1.0), repeat=4)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ErrorMargin:
+class ErrorMargin(Record):
     """The largest errors that a gait bears, of angles [rad] or of drags, relative: at least `proven`, less than `found`.
 
     `errors`, shape (4,), of size `found`, break the condition in `reason` at a point of the gait, at `fraction` of

@@ -24,6 +24,7 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.io.formats import check_outputs, read_table, write_tables
 from gaitgraph.io.servo_map import clipped_rows, servo_map_named
+from gaitgraph.records import Record
 from gaitgraph.timing.joining import vehicle_within
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import (
@@ -112,7 +113,7 @@ def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> T
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Exported:
+class Exported(Record):
     """What was written: the table, how it was judged, and the number of rows in which each servo was clipped.
 
     `rate_checks` are those of another timing: its peaks beside the limits of the vehicle, or of the table.

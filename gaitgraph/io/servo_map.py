@@ -31,6 +31,7 @@ from gaitgraph.gait.table import (
     Table,
     surface_of,
 )
+from gaitgraph.records import Record
 from gaitgraph.vehicle import Linkage, Spin, linkage_of, linked, vehicle_named
 
 if TYPE_CHECKING:
@@ -260,7 +261,7 @@ class Joint:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServoMap:
+class ServoMap(Record):
     """Four joints, one on each rotor, and the time beside them; see :func:`servo_map_from_mapping`.
 
     Parameters

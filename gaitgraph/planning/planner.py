@@ -22,6 +22,7 @@ import shapely
 
 from gaitgraph.angles import checked_number
 from gaitgraph.errors import Advice, Infeasible, InputError
+from gaitgraph.gait.gait import corner_lines
 from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.pictured import Pictured
@@ -197,7 +198,7 @@ class Plan(Pictured):
         head += self.request.law
         if not loop.length:
             head = f"{_POSTURE[0].upper()}{_POSTURE[1:]}"
-        corners = loop.gait.corner_lines
+        corners = corner_lines(loop.gait)
         lines = [head, self._conditions, "", *corners, "", *loop.report.lines]
         if self.request.servo_margin:
             proven = degrees_below(loop.servo_margin.proven)

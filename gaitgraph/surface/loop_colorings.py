@@ -22,6 +22,7 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
+from gaitgraph.records import Record
 from gaitgraph.surface import sheets
 from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE
 from gaitgraph.vehicle import PAPER, VehicleLike
@@ -39,7 +40,7 @@ _MOST_DIGITS = 4000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Coloring:
+class Coloring(Record):
     """A color for each point of a loop, with the sign of R that the roots of these colors have."""
 
     colors: tuple[str, ...]

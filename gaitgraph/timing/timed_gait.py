@@ -15,7 +15,7 @@ from gaitgraph.angles import number_of, whole_number
 from gaitgraph.arrays import freeze_arrays, read_only, read_only_columns
 from gaitgraph.errors import Advice, InputError, checked_choice, shown
 from gaitgraph.files import naming_file, path_of
-from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.gait import Gait, setting_line
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -397,7 +397,7 @@ class TimedGait(Pictured):
             f"  {check.name.replace('_', ' ')}: {check.message}"
             for check in self.rate_checks()
         )
-        return "\n".join([title, gait.setting_text, "", *checks])
+        return "\n".join([title, setting_line(gait), "", *checks])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
