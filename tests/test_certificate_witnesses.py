@@ -279,7 +279,7 @@ def changed_at_random(node: Any, chance: random.Random) -> Any:
         return [*node[:k], changed_at_random(node[k], chance), *node[k + 1 :]]
     try:
         number = Fraction(node)
-    except (TypeError, ValueError):
+    except (ArithmeticError, TypeError, ValueError):
         return chance.choice(OTHERS)
     if chance.random() < 0.05:
         return chance.choice(OTHERS)
