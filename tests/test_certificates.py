@@ -29,6 +29,8 @@ from tests.samples import gait_of_paper, symmetric_vehicle
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from gaitgraph.certificates.making import Certified
+
 LOOP = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
 
 
@@ -38,7 +40,7 @@ def unproved(document: dict[str, Any]) -> list[str]:
 
 
 def assert_proved_and_true(
-    certified: gg.Certified, alpha: Any, vehicle: gg.Vehicle
+    certified: Certified, alpha: Any, vehicle: gg.Vehicle
 ) -> None:
     """The checker proves all claims, and samples of the gait keep within them, near their bounds."""
     document = certified.document
