@@ -137,7 +137,6 @@ def test_max_length_includes_cycles_of_that_length() -> None:
     assert list(cycles(graph, max_length=0)) == []
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("sign", "use", "waypoints"),
     [
