@@ -149,7 +149,6 @@ def test_a_path_gets_another_timing(
         gg.least_period,
         lambda path: gg.transition(path, "hover"),
         lambda path: gg.transition("hover", path),
-        gg.certify,
         basins_of,
         from_hover,
     ],
@@ -160,12 +159,9 @@ def test_what_is_of_gaits_alone_refuses_a_path(of_gaits: Any, entry: Path) -> No
             of_gaits(path)
 
 
-@pytest.mark.parametrize(("command", "code"), [("colorings", 2), ("certify", 1)])
-def test_commands_of_gaits_name_the_file_of_a_path(
-    command: str, code: int, run: Any, entry: Path
-) -> None:
-    done = run(command, entry.name)
-    assert (done.code, entry.name in done.err) == (code, True)
+def test_a_command_of_gaits_names_the_file_of_a_path(run: Any, entry: Path) -> None:
+    done = run("colorings", entry.name)
+    assert (done.code, entry.name in done.err) == (2, True)
 
 
 def test_a_flight_of_a_path_holds_its_end(entry: Path) -> None:

@@ -112,7 +112,7 @@ def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> T
     return completed_table(Table(columns=columns, about=about))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Exported(Record):
     """What was written: the table, how it was judged, and the number of rows in which each servo was clipped.
 
