@@ -135,14 +135,12 @@ WRONG: dict[str, list[Any]] = {
     "surface.sign_region.coefficients": [],
     "surface_graph.waypoints": [*NO_POINTS[2:], [(0, 0, 0)], [(2.0, 0)]],
 }
+WRONG["TimedGait.with_period.period"] = ["x", 0.0, math.inf]
 # Arguments that are not checked.
 WRONG |= {
-    "TimedGait.with_period.period": [],
     "angles.distance_to_multiple.period": [],
     "angles.wrapped.period": [],
     "plots.vehicle_view.attitude": [],
-    "robustness.drag_margin.tolerance": [],
-    "robustness.servo_margin.tolerance": [],
 }
 
 # What arguments are called in messages, where that is not their own name.

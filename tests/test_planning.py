@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -371,6 +372,18 @@ def test_a_region_that_is_empty_says_why() -> None:
 
 
 # -- Where waypoints lie
+
+
+def test_an_empty_region_tells_the_largest_servo_margin() -> None:
+    location = gg.location_of([(-0.4, 0.4)], sign="negative", servo_margin="50deg")
+    told = re.search(r"above about (\S+)°", location.regions[0].why_empty)
+    assert told is not None
+    largest = float(told[1])
+    joined = [
+        gg.admissible_region(sign="negative", servo_margin=math.radians(margin)).area
+        for margin in (largest - 0.5, largest + 0.5)
+    ]
+    assert joined[0] > 0 == joined[1]
 
 
 def test_a_waypoint_is_in_a_part_of_the_region_or_told_why_not() -> None:

@@ -33,6 +33,7 @@ from gaitgraph.flight.flight import (
     FlightSettings,
     about_table,
     arms_text,
+    checked_settings,
 )
 from gaitgraph.flight.simulation import Simulation, before_take_off
 from gaitgraph.gait.gait import checked_factors
@@ -274,7 +275,7 @@ def basins_of(
             field="resolution",
         )
     starts = timed.period * np.arange(begins) / begins
-    settings = _settings_for(timed, FlightSettings() if settings is None else settings)
+    settings = _settings_for(timed, checked_settings(settings))
     timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     basins: list[Basin] = []
     for factor, flown in zip(biases, gaits, strict=True):

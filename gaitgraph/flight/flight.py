@@ -284,6 +284,17 @@ class FlightSettings(Record):
             )
 
 
+def checked_settings(settings: object) -> FlightSettings:
+    """Return settings, by default those of :class:`FlightSettings`; InputError for anything else."""
+    if settings is None:
+        return FlightSettings()
+    if not isinstance(settings, FlightSettings):
+        raise InputError(
+            f"settings must be FlightSettings, got {shown(settings)}", field="settings"
+        )
+    return settings
+
+
 def settings_from_mapping(content: Any) -> FlightSettings:
     """Return the settings in a table such as a study's ``[flight]``; InputError if a name or a value is wrong.
 

@@ -34,6 +34,7 @@ from gaitgraph.flight.flight import (
     OUTCOMES,
     Flight,
     FlightSettings,
+    checked_settings,
     record_of,
     reference_at,
 )
@@ -572,7 +573,7 @@ def fly(
     >>> flight.settled, round(flight.settling_time, 1), round(flight.peak_thrust_share, 1)
     (True, 0.4, 2.9)
     """
-    settings = FlightSettings() if settings is None else settings
+    settings = checked_settings(settings)
     course = gait if isinstance(gait, Course) else _course_of(timed_gait_of(gait))
     if attitude is None:
         levels_out = settings.reference == "attitude" and HOVER not in course.phases

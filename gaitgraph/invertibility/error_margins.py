@@ -98,7 +98,7 @@ def servo_margin(
     Raises
     ------
     InputError
-        If points are not finite angles of that shape, or the floor is no number from 0 on.
+        If points are not finite angles of that shape, the floor is no number from 0 on, or the tolerance none up to 1.
     MissingConstant
         If the vehicle states a largest thrust without a mass.
 
@@ -322,6 +322,8 @@ class _Search:
 
     def margin(self, tolerance: float) -> ErrorMargin:
         """Return the margin; see :func:`servo_margin`."""
+        allowed = "a number above 0, at most 1"
+        checked_number("tolerance", tolerance, allowed, above=True, most=1.0)
         # An error of the drag is worth one of the angle that is smaller by the drag ratio.
         scale = 1.0 if self.kind == "servo" else self.hover.drag_ratio
         parts = self._first_parts()

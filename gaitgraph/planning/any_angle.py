@@ -425,7 +425,8 @@ def with_nearest(refusal: Refusal, request: PlanRequest) -> Refusal:
     if refusal.kind != "waypoint":
         return replace(refusal, moved=moved)
     if not moved:
-        why = why_empty(region, request.floor, request.vehicle)
+        margin = branch.servo_margin
+        why = why_empty(region, request.floor, request.vehicle, margin, branch.sign)
         return replace(refusal, message=f"{refusal.message}; {why}")
     number = refusal.waypoints[0] - 1
     return replace(

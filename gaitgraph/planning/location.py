@@ -11,6 +11,7 @@ from gaitgraph.errors import checked_choice
 from gaitgraph.planning.any_angle import prepared_region
 from gaitgraph.planning.branch import branches_of
 from gaitgraph.planning.request import PlanRequest, plan_request
+from gaitgraph.surface.admissible import why_empty
 from gaitgraph.surface.sheets import COLORS, RELATION, Color, Sign
 
 if TYPE_CHECKING:
@@ -90,15 +91,21 @@ def located(request: PlanRequest) -> Location:
     """
     if request.color == "auto":
         request = replace(request, color="red")
-    regions = [
-        RegionLocation(
+    regions = []
+    for branch in branches_of(request, request.require):
+        region, reason = prepared_region(branch).region, ""
+        if not region.components:
+            reason = why_empty(
+                region, request.floor, request.vehicle, branch.servo_margin, branch.sign
+            )
+        location = RegionLocation(
             color=branch.color,
             sign=branch.sign,
-            region=prepared_region(branch).region,
+            region=region,
             waypoints=request.waypoints,
+            why_empty=reason,
         )
-        for branch in branches_of(request, request.require)
-    ]
+        regions.append(location)
     return Location(
         require=request.require, accuracy=request.accuracy, regions=tuple(regions)
     )
@@ -138,12 +145,13 @@ class Location:
 
 @dataclass(frozen=True, kw_only=True)
 class RegionLocation:
-    """The region of one color and sign of R, and where the waypoints lie in it."""
+    """The region of one color and sign of R, where the waypoints lie in it, and why it is empty if it is."""
 
     color: Color
     sign: Sign
     region: Region
     waypoints: tuple[Point, ...]
+    why_empty: str = ""
 
     @cached_property
     def parts(self) -> tuple[int | None, ...]:
@@ -205,7 +213,7 @@ class RegionLocation:
 
     def __str__(self) -> str:
         components = self.region.components
-        size = "empty"
+        size = f"empty: {self.why_empty}"
         if components:
             areas = ", ".join(f"{part.area:.4g}" for part in components)
             plural = "s" if len(components) > 1 else ""

@@ -77,6 +77,7 @@ _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
 _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
 _IDLE_MARGIN = 1e-6  # distance from lines where rotors idle [rad]
 _FINEST = 1e-5  # accuracy of the borders of a margin, which is an angle itself [rad]
+_POSTURES = 33  # of each angle, among which the largest servo margin is searched
 _CUTS = 2  # of a region into cells, to see whether a border reaches it
 _PARTS = np.array(list(product((-1.5, -0.5, 0.5, 1.5), repeat=2)))
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
@@ -810,8 +811,32 @@ def _beyond(low: Sequence[float], high: Sequence[float], *at: float) -> str | No
     return None
 
 
-def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
-    """Return why a flyable region is empty."""
+def largest_servo_margin(floor: float, vehicle: Vehicle, sign: Sign | None) -> float:
+    """Return about the largest servo margin of a posture on red, with R of a sign, or of either for None [rad]."""
+    largest, best, reach = 0.0, np.zeros(2), HALF_PI
+    for _ in range(2):  # everywhere, then around the best posture
+        axis = np.linspace(-reach, reach, _POSTURES)
+        plane = np.clip(best + np.array(list(product(axis, axis))), -HALF_PI, HALF_PI)
+        postures = plane[:, [0, 1, 0, 1]]
+        values = error_margins.servo_margins_found(postures, vehicle, floor, 10)
+        if sign is not None:
+            wanted = 1 if sign == "positive" else -1
+            values[
+                red_label(plane[:, 0], plane[:, 1], vehicle).prod(axis=-1) != wanted
+            ] = 0.0
+        largest = max(largest, float(values.max()))
+        best, reach = plane[values.argmax()], 2 * reach / _POSTURES
+    return largest
+
+
+def why_empty(
+    region: Region,
+    floor: float,
+    vehicle: Vehicle,
+    servo_margin: float = 0.0,
+    sign: Sign | None = None,
+) -> str:
+    """Return why a region is empty, of a sign of R and postures that bear errors of a servo margin [rad]."""
     cap = matrices.largest_least_singular_value(vehicle)
     if floor > cap:
         return f"the least singular value of this vehicle is at most {cap:.4f}, below the floor {floor:g}; lower it"
@@ -819,5 +844,9 @@ def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
         lift, weight = 4 * vehicle.max_thrust, vehicle.mass * vehicle.gravity
         if lift < weight:
             return f"four rotors lift {lift:.4g} N at most, and the vehicle weighs {weight:.4g} N; correct the vehicle"
+    if servo_margin:
+        largest = largest_servo_margin(floor, vehicle, sign)
+        if servo_margin > largest:
+            return f"no posture bears errors of the servos above about {math.degrees(largest):.1f}°; lower the servo margin"
     names = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))
     return f"no tilt angles meet all conditions ({names}); lower the floor, or widen the limits or the polygons"

@@ -172,7 +172,7 @@ class TimedGait(Pictured):
 
     def with_period(self, period: float) -> Self:
         """Return the same law over another period [s]."""
-        return replace(self, period=float(period))
+        return replace(self, period=number_of(period))
 
     def slowed(self, by: float) -> Self:
         """Return the same law over a multiple of the period."""
