@@ -585,6 +585,7 @@ def test_what_made_a_file_is_checked() -> None:
         assert read_table(path).about == {}
 
 
+@pytest.mark.filterwarnings("ignore::gaitgraph.errors.FileWarning")
 @pytest.mark.parametrize("suffix", [*TABLES, ".mcap"])
 def test_mutated_files_are_read_or_refused_in_one_line(
     suffix: str, planned: TimedGait
