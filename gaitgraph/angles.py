@@ -54,7 +54,9 @@ def angle_from_text(value: object, name: str = "angle") -> float:
     angle = _angle_in_text(value) if isinstance(value, str) else number_of(value)
     if not math.isfinite(angle):
         allowed = "a finite number in radians, or a text such as '3pi/8', '-3*pi/8' or '67.5deg'"
-        raise InputError(f"{name} must be {allowed}, got {shown(value)}", field=name)
+        raise InputError(
+            f"{name} must be {allowed}, got {shown(value)}", field=name, value=value
+        )
     return angle
 
 
@@ -116,6 +118,7 @@ def angle_within(
         raise InputError(
             f"{name} must be {allowed}, got {shown(value)}{in_degrees(value)}",
             field=name,
+            value=value,
         )
     return angle
 
@@ -206,7 +209,9 @@ def checked_number(
     """
     number = number_of(value)
     if not 0 <= number <= most or math.isinf(number) or (above and number == 0):
-        raise InputError(f"{name} must be {allowed}, got {shown(value)}", field=name)
+        raise InputError(
+            f"{name} must be {allowed}, got {shown(value)}", field=name, value=value
+        )
     return number
 
 
@@ -225,6 +230,7 @@ def whole_number(name: str, value: object, low: int, high: int) -> int:
         raise InputError(
             f"{name} must be a whole number from {low} to {high}, got {shown(value)}",
             field=name,
+            value=value,
         )
     return int(value)
 

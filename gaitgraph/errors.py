@@ -225,6 +225,7 @@ def checked_choice(name: str, value: Any, known: Collection[str]) -> Any:
     raise InputError(
         f"{name} must be one of {', '.join(words)}, got {shown(value)}{did_you_mean(value, words)}",
         field=name,
+        value=value,
     )
 
 

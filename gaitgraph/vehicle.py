@@ -34,6 +34,7 @@ from gaitgraph.errors import (
     check_fields,
     checked_choice,
     did_you_mean,
+    of_field,
     shown,
 )
 from gaitgraph.files import from_toml_file, table_from_toml
@@ -427,6 +428,7 @@ class Vehicle(Pictured):
                 raise InputError(
                     f"{name} must be omitted for {purpose}, got {shown(stated)}",
                     field=name,
+                    value=stated,
                 )
 
     def replace(self, **changes: Any) -> Vehicle:
@@ -447,6 +449,7 @@ class Vehicle(Pictured):
                     raise InputError(
                         f"{name} must be omitted beside rotor_positions, got {shown(changes[name])}",
                         field=name,
+                        value=changes[name],
                     )
             new |= {name: _DEFAULTS[name] for name in _OF_EQUAL_ARMS}
         if new["spins"] is not None and "first_rotor_spin" not in changes:
@@ -528,7 +531,8 @@ def linkage_of(name: str, pairs: object) -> Linkage:
     table = angles_from(pairs, name)
     if table.ndim != 2 or len(table) < 2 or table.shape[1] != 2:
         raise InputError(
-            f"{name} must be two or more pairs of a servo and a tilt angle (rad), got {shown(pairs)}"
+            f"{name} must be two or more pairs of a servo and a tilt angle (rad), got {shown(pairs)}",
+            value=pairs,
         )
     table = table[table[:, 1].argsort()]
     turns, rises = (table[1:] - table[:-1]).T
@@ -537,7 +541,7 @@ def linkage_of(name: str, pairs: object) -> Linkage:
         _LEAST_TURN <= min(*one_way, *rises) <= max(*one_way, *rises) <= _LARGEST_TURN
     ):
         rule = "monotone: tilt angles that all rise, or all fall, with the servo angle"
-        raise InputError(f"{name} must be {rule}, got {shown(pairs)}")
+        raise InputError(f"{name} must be {rule}, got {shown(pairs)}", value=pairs)
     return tuple(map(tuple, table.tolist()))
 
 
@@ -584,6 +588,7 @@ def _read_positions(stated: dict[str, Any]) -> None:
         raise InputError(
             f"{beside[0]} must be omitted beside rotor_positions, got {shown(stated[beside[0]])}",
             field=beside[0],
+            value=stated[beside[0]],
         )
     rule = f"four places (x, y, z) within ±{_FAR:g} m"
     places = _four_vectors("rotor_positions", positions, rule)
@@ -594,6 +599,7 @@ def _read_positions(stated: dict[str, Any]) -> None:
             raise InputError(
                 f"rotor_positions must be away from body z, got {shown(places[rotor - 1])} for rotor {rotor}",
                 field="rotor_positions",
+                value=places[rotor - 1],
             )
     angles = [math.atan2(y, x) for x, y, _ in places]
     turns = [(angles[(k + 1) % 4] - angles[k]) % (2 * math.pi) for k in range(4)]
@@ -608,6 +614,7 @@ def _read_positions(stated: dict[str, Any]) -> None:
         raise InputError(
             f"rotor_positions must be within ten arm lengths ({10 * length:g} m) of height, got {shown(positions)}",
             field="rotor_positions",
+            value=positions,
         )
     stated["arm_length"] = length
     stated["first_arm_angle"] = angles[0]
@@ -633,7 +640,9 @@ def _four_vectors(name: str, value: object, rule: str) -> tuple[Place, ...]:
     if not has_shape or not all(
         abs(part) <= _FAR for vector in vectors for part in vector
     ):
-        raise InputError(f"{name} must be {rule}, got {shown(value)}", field=name)
+        raise InputError(
+            f"{name} must be {rule}, got {shown(value)}", field=name, value=value
+        )
     return tuple(vectors)
 
 
@@ -650,6 +659,7 @@ def _read_axes(stated: dict[str, Any]) -> None:
                 raise InputError(
                     f"{name} must be longer than 1e-6, got {shown(axis)} for rotor {rotor}, which then cannot {cannot}",
                     field=name,
+                    value=axis,
                 )
         stated[name] = axes
 
@@ -661,13 +671,16 @@ def _read_spins(stated: dict[str, Any], first: object) -> None:
         return
     if not isinstance(spins, (list, tuple)) or len(spins) != 4:
         rule = f"four words, {' or '.join(get_args(Spin))}"
-        raise InputError(f"spins must be {rule}, got {shown(spins)}", field="spins")
+        raise InputError(
+            f"spins must be {rule}, got {shown(spins)}", field="spins", value=spins
+        )
     for spin in spins:
         checked_choice("spins", spin, get_args(Spin))
     if first not in (None, spins[0]):
         raise InputError(
             f"first_rotor_spin must be omitted beside spins, got {shown(first)}",
             field="first_rotor_spin",
+            value=first,
         )
     alternate = spins[0] == spins[2] != spins[1] == spins[3]
     stated["first_rotor_spin"] = spins[0]
@@ -679,13 +692,15 @@ def _read_words(stated: dict[str, Any]) -> None:
     name, feedback = stated["name"], stated["servo_feedback"]
     if not isinstance(name, str) or not name or not name.isprintable():
         raise InputError(
-            f"vehicle name must be a printable, non-empty text, got {shown(name)}"
+            f"vehicle name must be a printable, non-empty text, got {shown(name)}",
+            value=name,
         )
     checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
     if not isinstance(feedback, bool):
         raise InputError(
             f"servo_feedback must be true or false, got {shown(feedback)}",
             field="servo_feedback",
+            value=feedback,
         )
 
 
@@ -703,7 +718,8 @@ def _read_numbers(stated: dict[str, Any]) -> None:
         is_read_elsewhere = field in ("rotor_height", "rotor_positions")
         is_omitted = stated[field] is None and field != "gravity"
         if not (is_read_elsewhere or is_omitted):
-            stated[field] = _each(field, stated[field], convert[field])
+            with of_field(field):
+                stated[field] = _each(field, stated[field], convert[field])
     stated["first_arm_angle"] = angle_within(
         stated["first_arm_angle"], "first_arm_angle", 2 * math.pi
     )
@@ -712,7 +728,8 @@ def _read_numbers(stated: dict[str, Any]) -> None:
 def _inertia(name: str, value: object) -> tuple[float, ...]:
     if not isinstance(value, (list, tuple)) or len(value) != 3:
         raise InputError(
-            f"{name} must be three positive numbers (kg m²), got {shown(value)}"
+            f"{name} must be three positive numbers (kg m²), got {shown(value)}",
+            value=value,
         )
     return tuple(_positive(name, part) for part in value)
 
@@ -760,11 +777,13 @@ def _read_height(stated: dict[str, Any]) -> None:
     if height and not largest:
         rule = "0 m without an arm_length"
         raise InputError(
-            f"rotor_height must be {rule}, got {shown(given)}; state arm_length (m)"
+            f"rotor_height must be {rule}, got {shown(given)}; state arm_length (m)",
+            value=given,
         )
     if not abs(height) <= largest * (1 + 1e-12):
         raise InputError(
-            f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(given)}"
+            f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(given)}",
+            value=given,
         )
     stated["rotor_height"] = height + 0.0  # -0.0 is 0.0
 
@@ -864,7 +883,8 @@ def _each(name: str, value: object, convert: Callable[[str, Any], Any]) -> Any:
         return convert(name, value)
     if len(value) != 4:
         raise InputError(
-            f"{name} must be one for all arms or four, one for each, got {shown(value)}"
+            f"{name} must be one for all arms or four, one for each, got {shown(value)}",
+            value=value,
         )
     parts = tuple(convert(name, part) for part in value)
     return parts if len(set(parts)) > 1 else parts[0]
@@ -897,7 +917,8 @@ def _positive(name: str, value: object) -> float:
         if name in _DRAGS and number == 0:
             reason = "; without drag a vehicle cannot yaw at zero tilt"
         raise InputError(
-            f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}{reason}"
+            f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}{reason}",
+            value=value,
         )
     return number
 
@@ -968,7 +989,9 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
             else did_you_mean(preset, preset_names())
         )
         raise InputError(
-            f"vehicle must be {allowed}, got {shown(preset)}{hint}", field="vehicle"
+            f"vehicle must be {allowed}, got {shown(preset)}{hint}",
+            field="vehicle",
+            value=preset,
         )
     changes = {name: value for name, value in constants.items() if name != "preset"}
     if not changes:
@@ -999,7 +1022,9 @@ def vehicle_in_gait_file(stated: object) -> Vehicle:
         if isinstance(preset, str) and preset.lower().endswith(".toml"):
             hint = "; a gait file names no other file"
         raise InputError(
-            f"vehicle must be {allowed}, got {shown(preset)}{hint}", field="vehicle"
+            f"vehicle must be {allowed}, got {shown(preset)}{hint}",
+            field="vehicle",
+            value=preset,
         )
     return vehicle_named(stated)  # type: ignore[arg-type]
 

@@ -495,3 +495,27 @@ def test_problems_of_files_keep_what_the_system_says(tmp_path: Path) -> None:
     with pytest.raises(FileProblem) as refused:
         TIMED.write(f"{'a' * 300}.csv")
     assert refused.value.errno == errno.ENAMETOOLONG
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "field"),
+    [
+        ("plan_loop", {"floor": -1.0}, "floor"),
+        ("plan_loop", {"sign": "up"}, "sign"),
+        ("surface_graph", {"divisions": 0.5}, "divisions"),
+    ],
+)
+def test_an_error_holds_the_field_and_the_value(
+    name: str, wrong: dict[str, Any], field: str
+) -> None:
+    error = refusal(name, **wrong)
+    assert (error.field, error.value) == (field, wrong[field])
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("drag_ratio", -2), ("first_rotor_spin", "left")]
+)
+def test_an_error_about_a_vehicle_holds_the_value(field: str, value: Any) -> None:
+    with pytest.raises(InputError) as caught:
+        gg.vehicle_named({"preset": "paper", field: value})
+    assert (caught.value.field, caught.value.value) == (field, value)

@@ -157,6 +157,7 @@ def checked_divisions(divisions: object) -> int:
                 "plan_loop(method='exact') needs no grid",
                 "plan --method exact needs no grid",
             ),
+            value=divisions,
         )
     return whole_number("divisions", divisions, 2, MOST_DIVISIONS)
 
@@ -181,7 +182,8 @@ def checked_waypoints(
         if given != 2:
             why = "; α3 and α4 follow from the color" if given == 4 else ""
             raise InputError(
-                f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}"
+                f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}",
+                value=angles,
             )
         first = angle_within(angles[0], f"waypoint {number} alpha1")
         points.append((first, angle_within(angles[1], f"waypoint {number} alpha2")))

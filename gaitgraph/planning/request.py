@@ -144,7 +144,9 @@ class PlanRequest(Record):
             flag = getattr(self, name)
             if not isinstance(flag, bool):
                 raise InputError(
-                    f"{name} must be true or false, got {shown(flag)}", field=name
+                    f"{name} must be true or false, got {shown(flag)}",
+                    field=name,
+                    value=flag,
                 )
         check_weight(self.weight)
         if self.weight is not None and self.method != "grid":

@@ -278,7 +278,8 @@ def _points(points: npt.ArrayLike) -> FloatArray:
     out: FloatArray = angles_from(points, "point")
     if out.ndim not in (1, 2) or out.shape[-1] != 2:
         raise InputError(
-            f"point must be (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}"
+            f"point must be (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}",
+            value=points,
         )
     return out.reshape(-1, 2)
 
@@ -434,7 +435,8 @@ def checked_polygons(value: Any, name: str) -> list[Polygon]:
     """Return the polygons of lists of corners [rad]; raise InputError, with its number, for one that is malformed."""
     if not is_list(value):
         raise InputError(
-            f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}"
+            f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}",
+            value=value,
         )
     polygons = []
     for number, corners in enumerate(value, start=1):
@@ -442,7 +444,8 @@ def checked_polygons(value: Any, name: str) -> list[Polygon]:
         polygon = _checked_polygon(corners, label)
         if name == "keep_in" and not polygon.intersects(_SQUARE):
             raise InputError(
-                f"{label} must overlap the square of ±π/2 rad, got {shown(corners)}"
+                f"{label} must overlap the square of ±π/2 rad, got {shown(corners)}",
+                value=corners,
             )
         polygons.append(polygon)
     return polygons
@@ -454,7 +457,8 @@ def _checked_polygon(corners: Any, label: str) -> Polygon:
         not is_list(corner) or len(corner) != 2 for corner in corners
     ):
         raise InputError(
-            f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}"
+            f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}",
+            value=corners,
         )
     # A polygon may reach beyond the square of ±π/2; larger numbers are degrees by mistake.
     points = [
@@ -469,7 +473,8 @@ def _checked_polygon(corners: Any, label: str) -> Polygon:
     polygon = shapely.Polygon(points) if len(set(points)) > 2 else shapely.Polygon()
     if not polygon.convex_hull.area > _NO_AREA:
         raise InputError(
-            f"{label} must have three or more corners that are not on a line, got {shown(corners)}"
+            f"{label} must have three or more corners that are not on a line, got {shown(corners)}",
+            value=corners,
         )
     if not polygon.is_valid:
         got = shapely.is_valid_reason(polygon)
