@@ -93,13 +93,13 @@ def resident() -> float:
 
 @pytest.mark.slow
 def test_memory_is_flat_over_new_vehicles() -> None:
-    """The second half of 20,000 plans adds no more than noise to what the first half left."""
+    """From 2,000 plans to 4,000 as little is added as from 2,000 to 20,000: no more than noise."""
     marks = []
-    for number in range(20_000):
+    for number in range(4_000):
         planned(random.Random(number))
-        if number in (2_000, 19_999):
+        if number in (2_000, 3_999):
             marks.append(resident())
-    assert marks[1] - marks[0] < 10, marks
+    assert marks[1] - marks[0] < 2, marks
 
 
 def main() -> None:
