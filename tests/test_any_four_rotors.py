@@ -319,3 +319,8 @@ def test_commands_judge_its_tables_and_refuse_the_rest_in_one_line(
     assert (judged.code, judged.err) == (0, "")
     refused = run("validate", saved, "--require", "valid")
     assert "--require must be flyable" in refused.err
+
+
+def test_other_rotors_are_judged_by_their_geometry_alone() -> None:
+    with pytest.raises(gg.errors.InputError, match="geometry must be a Geometry"):
+        gg.validation.validate_geometry(np.zeros((2, 4)), "paper")  # type: ignore[arg-type]

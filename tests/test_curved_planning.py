@@ -260,3 +260,10 @@ def test_the_command_plans_on_a_curved_sheet(run: Any, tmp_path: Path) -> None:
     assert run("validate", "own.csv").code == 0
     assert run("export", "own.csv", "own.json").code == 0
     assert run("region", "--vehicle", "own.toml").code == 0
+
+
+def test_a_margin_that_no_curved_region_keeps_is_refused() -> None:
+    """A region of any four rotors does not know servo margins: an answer without one would not be what was asked."""
+    with pytest.raises(gg.errors.InputError) as caught:
+        gg.location_of([(-0.4, 0.4)], vehicle=ODD, servo_margin="5deg")
+    assert caught.value.field == "servo_margin"

@@ -21,7 +21,7 @@ import numpy as np
 from gaitgraph import __version__
 from gaitgraph.angles import angle_within
 from gaitgraph.certificates import check
-from gaitgraph.certificates.open_paths import pieces_along
+from gaitgraph.certificates.open_paths import GRID, decimal, pieces_along
 from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
 from gaitgraph.files import check_new_files, naming_file, write_whole
 from gaitgraph.gait.given import given_gait
@@ -49,7 +49,6 @@ _LEAST_ROOM = 1e-6  # of angles [rad], rates and so on
 _SLACK = Fraction(1, 10**9)  # of limits, a share of them
 _OPEN_SLACK = Fraction(1, 10**6)  # of an open path, whose pieces are fitted
 _FIGURES = 12  # of a piece's coefficients from the second power on
-_GRID = 15  # digits of angles [rad]
 _SAMPLES = 17  # of a piece, at most
 _MOST_SAMPLES = 20_000
 _MOST_ANGLE = 3.9  # the checker's limit is 4 [rad]
@@ -228,13 +227,6 @@ def _is_timed(given: GivenGait) -> bool:
     return "t" in given.table or "period" in given.table.about
 
 
-def _decimal(value: float, digits: int | None = None) -> Fraction:
-    """Return the exact value of a float's shortest decimal, rounded to some digits."""
-    if digits is not None:
-        value = round(value, digits)
-    return Fraction(repr(float(value)))
-
-
 def _plain(document: dict[str, Any]) -> Any:
     """Return a document with its exact numbers as texts."""
     return json.loads(json.dumps(document, default=_text_of))
@@ -268,8 +260,8 @@ def _claimed(
     if limit is None or bound <= limit:
         return bound
     if peak < limit * (1 - 2 * float(slack)):
-        return _decimal(limit)
-    return _decimal(limit) * (1 + slack)
+        return decimal(limit)
+    return decimal(limit) * (1 + slack)
 
 
 def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
@@ -289,8 +281,8 @@ def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
     return {
         "name": vehicle.name,
         "first_rotor_spin": vehicle.first_rotor_spin,
-        "rotor_positions": [[_decimal(part) for part in place] for place in places],
-        "drag_to_thrust": [_decimal(drag) for drag in four_of(drags)],
+        "rotor_positions": [[decimal(part) for part in place] for place in places],
+        "drag_to_thrust": [decimal(drag) for drag in four_of(drags)],
     }
 
 
@@ -309,7 +301,7 @@ class _Stated:
             self.powers, widths, self.is_smooth = self._polynomials()
             self.off = 0.0
             self.pieces = [
-                {"alpha": self._alpha(k), "duration": _decimal(width or 1.0)}
+                {"alpha": self._alpha(k), "duration": decimal(width or 1.0)}
                 for k, width in enumerate(widths.tolist())
             ]
         level = check.Level(self.vehicle)
@@ -353,9 +345,9 @@ class _Stated:
         rows = self.powers[::-1, k].T.tolist()
         alpha = []
         for row, end in zip(rows, self.powers[-1, after].tolist(), strict=True):
-            rest = [_decimal(a, digits) for a in row[2:]]
-            first = _decimal(row[0], _GRID)
-            curve = [first, _decimal(end, _GRID) - first - sum(rest), *rest]
+            rest = [decimal(a, digits) for a in row[2:]]
+            first = decimal(row[0], GRID)
+            curve = [first, decimal(end, GRID) - first - sum(rest), *rest]
             parts = [abs(float(a) - b) for a, b in zip(curve, row, strict=True)]
             self.off = max(self.off, sum(parts))
             if self.is_smooth:
@@ -433,7 +425,7 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
         "hover_thrust": {"at_least": least["hover_thrust"], "at_most": most},
     }
     if tilt is not None:
-        claims["attitude"] = {"tilt": _decimal(tilt, _GRID)}
+        claims["attitude"] = {"tilt": decimal(tilt, GRID)}
     hull = np.tile(bernstein_from_power(powers, np.ones(len(stated.pieces))), copies)
     low, high = np.array(vehicle.tilt_range or [(-math.inf, math.inf)] * 4).T
     low = low - float(_SLACK) * np.where(low == 0, 1.0, np.abs(low))
@@ -441,8 +433,8 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
     at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, low)
     at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, high)
     claims["tilt"] = {
-        "at_least": [_decimal(angle) for angle in at_least],
-        "at_most": [_decimal(angle) for angle in at_most],
+        "at_least": [decimal(angle) for angle in at_least],
+        "at_most": [decimal(angle) for angle in at_most],
     }
     if stated.timed is not None:
         claims |= _claims_by_time(stated.timed, vehicle)

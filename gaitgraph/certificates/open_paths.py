@@ -26,7 +26,8 @@ _NEAR = 1e-12  # of pieces to a run-up [rad]
 _SHORTEST = 1e-4  # piece of a run-up, a share of it
 _INSIDE = 1e-13  # share of a motion; how far from the ends of a piece its rates are taken, since they may jump there
 _AT_REST = 1e-9  # share of the largest rate
-_GRID = 15  # digits of angles [rad]
+GRID = 15
+"""Digits of angles [rad]."""
 _DEGREE = 5
 
 
@@ -58,7 +59,7 @@ def pieces_along(path: TimedGait) -> tuple[list[dict[str, Any]], float]:
     if (points[..., :2] == points[..., 2:]).all():
         points = points[..., :2]
     pieces = [
-        {"alpha": _curves_of(control), "duration": _decimal(width)}
+        {"alpha": _curves_of(control), "duration": decimal(width)}
         for control, width in zip(points, widths, strict=True)
     ]
     return pieces, off
@@ -121,7 +122,7 @@ def _curves_of(control: FloatArray) -> list[list[Fraction]]:
     """Return the exact polynomials of angles, the lowest power first, of their Bernstein coefficients (6, n)."""
     curves = []
     for points in control.T.tolist():
-        exact = [_decimal(round(point, _GRID)) for point in points]
+        exact = [decimal(point, GRID) for point in points]
         curve = []
         for power in range(_DEGREE + 1):
             terms = [
@@ -135,6 +136,8 @@ def _curves_of(control: FloatArray) -> list[list[Fraction]]:
     return curves
 
 
-def _decimal(value: float) -> Fraction:
-    """Return the exact value of a float's shortest decimal."""
-    return Fraction(repr(value + 0.0))
+def decimal(value: float, digits: int | None = None) -> Fraction:
+    """Return the exact value of a float's shortest decimal, rounded to some digits."""
+    if digits is not None:
+        value = round(value, digits)
+    return Fraction(repr(float(value)))

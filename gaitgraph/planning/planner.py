@@ -21,7 +21,7 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import checked_number
-from gaitgraph.errors import Advice, Infeasible, InputError
+from gaitgraph.errors import Advice, Infeasible
 from gaitgraph.gait.gait import corner_lines
 from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
@@ -354,7 +354,6 @@ def plan(
     deadline: float | None = None,
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
-    _check_curved(request)
     until = None
     if deadline is not None:
         until = monotonic() + checked_number("deadline", deadline)
@@ -439,24 +438,6 @@ def _with_valid_loops(refused: Plan, loops: Sequence[Loop]) -> Plan:
     if not loops:
         return refused
     return replace(refused, advice=VALID_LOOPS.python, alternatives=tuple(loops))
-
-
-def _check_curved(request: PlanRequest) -> None:
-    """Raise InputError for a choice that needs planes, if the vehicle is not symmetric and its sheet is curved."""
-    if request.vehicle.asymmetry is None:
-        return
-    choices = {
-        "method": "exact",
-        "objective": "shortest",
-        "require": "flyable",
-        "servo_margin": 0.0,
-    }
-    for name, only in choices.items():
-        if getattr(request, name) != only:
-            raise InputError(
-                f"{name} must be {only!r} for a vehicle that is not symmetric, got {getattr(request, name)!r}",
-                field=name,
-            )
 
 
 def _preference(loop: Loop) -> tuple[Any, ...]:

@@ -155,6 +155,7 @@ class PlanRequest(Record):
             )
         for name, value in checked.items():
             object.__setattr__(self, name, value)  # the record is frozen
+        _check_curved(self)
 
     @cached_property
     def zones(self) -> Zones | None:
@@ -192,6 +193,25 @@ REQUEST_FIELDS = {
     field.name: field.default for field in fields(PlanRequest) if field.name != "merged"
 }
 """The fields of a request by name, as files and Python use them, with their defaults."""
+
+
+def _check_curved(request: PlanRequest) -> None:
+    """Raise InputError for a choice that needs planes, if the vehicle is not symmetric and its sheet is curved."""
+    if request.vehicle.asymmetry is None:
+        return
+    choices = {
+        "method": "exact",
+        "objective": "shortest",
+        "require": "flyable",
+        "servo_margin": 0.0,
+    }
+    for name, only in choices.items():
+        if getattr(request, name) != only:
+            raise InputError(
+                f"{name} must be {only!r} for a vehicle that is not symmetric, got {getattr(request, name)!r}",
+                field=name,
+                value=getattr(request, name),
+            )
 
 
 def plan_request(

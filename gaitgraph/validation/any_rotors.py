@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitgraph import later
 from gaitgraph.angles import angles_from, checked_number, figure
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import is_closed
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
 from gaitgraph.tolerances import DEFAULT_FLOOR
@@ -65,6 +65,11 @@ def validate_geometry(
     >>> report.flyable, round(report.checks[0].value, 4)
     (True, 0.3373)
     """
+    if not isinstance(geometry, Geometry):
+        raise InputError(
+            f"geometry must be a Geometry, got {shown(geometry)}; validate judges vehicles",
+            field="geometry",
+        )
     floor = checked_number("floor", floor)
     alpha, repeats = _rows_of(table, geometry)
     is_path = (once or not repeats) and len(alpha) > 1

@@ -355,10 +355,6 @@ def _idle_or_down(
             size = f" (least {figure(printed)} of m·g)"
     idle = idle_pair(place, vehicle)
     rotors = f", where {idle} idle" if idle else ""
-    first, second = level_of_vehicle(vehicle).crossings
-    sides = f"α1 < {first:.4f} and α2 > {second:.4f}"
-    if math.isclose(first, -second):
-        sides = "α1 < δ and α2 > −δ"
     advice = "keep away from there"
     if vehicle.asymmetry is None:
         first, second = level_of_vehicle(vehicle).crossings
