@@ -34,6 +34,7 @@ from gaitgraph.surface.region import (
     checked_accuracy,
     chord_tolerance,
     offset,
+    offsets,
     polygons_of,
     rectangle,
     region_of,
@@ -162,7 +163,7 @@ def _determinant_sides(
     for block in (yaw_block(vehicle), roll_block(vehicle)):
         negative = borders.determinant_negative(block, chord_tolerance(accuracy))
         reach = margin if block.is_product else max(margin, accuracy / 2)
-        below, above = sides_of(negative, reach)
+        below, above = sides_of(negative.shape, reach)
         found.append({1: above, -1: below})
     return found
 
@@ -177,7 +178,7 @@ def _determinant_above(
         roll_block(vehicle).form,
         chord_tolerance(accuracy),
     )
-    return sides_of(below, accuracy / 2)[1]
+    return sides_of(below.shape, accuracy / 2)[1]
 
 
 def _blue_sign(
@@ -194,7 +195,7 @@ def _blue_sign(
         level = sum_on_plane(coefficients.form, offsets, sign * turned, slope=-1.0)
         below = borders.sum_negative(level + -least, chord_tolerance(accuracy))
         cells = _quarters(wraps[0], wraps[1], -turned)
-        above = sides_of(below, accuracy / 2)[1]
+        above = sides_of(below.shape, accuracy / 2)[1]
         parts.append(shapely.intersection(cells, above))
     return _union(parts)
 
@@ -419,7 +420,8 @@ def _thrust_limit(
     # Each set is moved by itself: where both overlap by their errors alone, their union has no border to be moved.
     kept = 1 if largest else 0
     pair = shapely.intersection(
-        sides_of(above, accuracy / 2)[kept], sides_of(other, accuracy / 2)[kept]
+        sides_of(above.shape, accuracy / 2)[kept],
+        sides_of(other.shape, accuracy / 2)[kept],
     )
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
     value = partial(_extreme_share, vehicle, largest)
@@ -471,12 +473,11 @@ def _singular_value_pair(floor: float, vehicle: Vehicle, accuracy: float) -> Pai
         if not block.has_orthogonal_columns and floor < accuracy / 2:
             # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
             band = borders.singular_value_below(accuracy / 2, block, accuracy / 32)
-            pair[0] = pair[0].difference(band.around(True, accuracy / 16))
+            pair[0] = pair[0].difference(offset(band.shape, accuracy / 16))
             continue
         band = borders.singular_value_below(floor, block, chord_tolerance(accuracy))
         reach = ROUND_OFF if block.has_orthogonal_columns else accuracy / 2
-        pair[0] = pair[0].difference(band.around(True, reach))
-        pair[1] = pair[1].intersection(band.around(False, reach))
+        pair = shapely.difference(pair, offsets(band.shape, reach)[::-1])
     return pair
 
 
@@ -614,9 +615,8 @@ class _Positive(NamedTuple):
         if self.transposed:
             negative = negative.transposed()
         reach = ROUND_OFF if negative.is_straight else accuracy / 2
-        beyond = shapely.union_all(negative.polygons[True])
-        reached = [offset(beyond, reach), offset(beyond, -reach)]
-        return np.asarray(shapely.difference(pair, reached))
+        beyond = offsets(negative.shape, reach)[::-1]
+        return np.asarray(shapely.difference(pair, beyond))
 
 
 def _cut_by(conditions: Sequence[_Positive], pair: Pair, accuracy: float) -> Pair:

@@ -19,14 +19,14 @@ its border is an explicit function of α1 (docs/theory.md, 18):
   F is compared once a part. h is uᵀ·S·u with S a function of α1, and so is |R| above a level;
 * the share of a pair of rotors in hover is above a limit where a product of a vector, a function of α1, with u2 is positive.
 
-Each function of a set returns polygons of the set and of its complement (:class:`Halves`), whose sides are nowhere
-farther than `tolerance` [rad] from its border inside [−π/2, π/2]²; beyond the square they end anywhere.
+Each function of a set returns its polygons (:class:`Drawn`), whose sides are nowhere farther than `tolerance` [rad] from
+its border inside [−π/2, π/2]²; beyond the square they end anywhere.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby, pairwise
@@ -43,8 +43,6 @@ from gaitgraph.surface.blocks import directions
 from gaitgraph.tolerances import ROUND_OFF
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
@@ -54,7 +52,7 @@ if TYPE_CHECKING:
 Function = Callable[[FloatArray], FloatArray]
 Condition = Callable[[FloatArray, FloatArray], npt.NDArray[np.bool_]]
 
-_FIRST_CHORDS = 8
+_CHORDS = 8  # with which a curved edge is first tried
 _MOST_ROUNDS = 40  # of dividing chords
 _NARROW = 1e-3  # of the tolerance
 _ON_CIRCLE = 1e-4  # how far from the unit circle a root may be that counts as on it
@@ -196,24 +194,16 @@ class Edge(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Halves:
-    """Polygons where a condition holds and where it does not, which cover the surroundings of the square together."""
+class Drawn:
+    """A set as polygons, which end anywhere beyond the square, and whether all of its border is straight."""
 
-    polygons: Mapping[bool, Sequence[Polygon]]
-    is_straight: bool = False
+    shape: BaseGeometry
+    is_straight: bool
 
-    def around(self, holds: bool, reach: float) -> BaseGeometry:
-        """Return where the condition holds, or where it does not, with the border moved outward by `reach` [rad]."""
-        shape = shapely.union_all(self.polygons[holds])
-        return shape.buffer(reach, join_style="mitre")
-
-    def transposed(self) -> Halves:
-        """Return the halves with α1 and α2 in each other's place."""
-        turned = {
-            holds: [shapely.transform(each, lambda at: at[:, ::-1]) for each in half]
-            for holds, half in self.polygons.items()
-        }
-        return Halves(turned, self.is_straight)
+    def transposed(self) -> Drawn:
+        """Return the set with α1 and α2 in each other's place."""
+        turned = shapely.transform(self.shape, lambda at: at[:, ::-1])
+        return Drawn(turned, self.is_straight)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -237,12 +227,12 @@ class Curves:
             ordinates = self.rows(middles)
         if self.exist is not None:
             ordinates = np.where(self.exist(middles), ordinates, np.nan)
-        straight = [-_END, *_copies(self.lines).tolist(), _END]
+        straight = [-_END, *_copies(self.lines), _END]
         edges: list[Edge] = []
         for (low, high), rows in zip(intervals, ordinates.T, strict=True):
             here = [Edge(low, high, ordinate) for ordinate in straight]
-            for row, angle in enumerate(rows):
-                here += [Edge(low, high, copy, row) for copy in _copies(angle).tolist()]
+            for row, angle in enumerate(rows.tolist()):
+                here += [Edge(low, high, copy, row) for copy in _copies([angle])]
             edges += sorted(here, key=attrgetter("ordinate"))
         return edges
 
@@ -266,9 +256,10 @@ class Curves:
         """Return the points of a polyline that follows each edge, shape (m, 2); all edges are traced at once."""
         low, high = np.array([(edge.low, edge.high) for edge in edges]).T
         is_straight = np.array([edge.row is None for edge in edges])
-        chords = np.where(is_straight, 1, _FIRST_CHORDS)
-        number = np.repeat(np.arange(len(edges)), chords + 1)
-        theta = np.concatenate([np.linspace(0.0, math.pi, n + 1) for n in chords])
+        ends, places = np.array([0.0, math.pi]), np.linspace(0.0, math.pi, _CHORDS + 1)
+        first_places = [ends if edge.row is None else places for edge in edges]
+        number = np.repeat(np.arange(len(edges)), list(map(len, first_places)))
+        theta = np.concatenate(first_places)
         settled = is_straight[number[1:]] | (number[1:] != number[:-1])
         for _ in range(_MOST_ROUNDS):
             # Dense at both ends, where an explicit border may rise like a square root.
@@ -282,8 +273,8 @@ class Curves:
                 parts[~settled] = _parts_of(self.border, starts, ends, tolerance)
             if parts.max() == 1:
                 break
-            places = np.append(0, np.cumsum(parts))
-            theta = np.interp(np.arange(places[-1] + 1), places, theta)
+            last = np.append(0, np.cumsum(parts))
+            theta = np.interp(np.arange(last[-1] + 1), last, theta)
             number = np.append(np.repeat(number[:-1], parts), number[-1])
             settled = np.repeat(parts == 1, parts)
         return np.split(points, np.flatnonzero(np.diff(number)) + 1)
@@ -306,11 +297,10 @@ def _parts_of(
     return parts
 
 
-def _copies(angles: npt.ArrayLike) -> FloatArray:
+def _copies(angles: Iterable[float]) -> list[float]:
     """Return all angles in the surroundings of the square that equal some angles modulo π, sorted; none for NaN."""
-    turns = math.pi * np.arange(-2, 3)[:, None]
-    copies = (np.ravel(angles) + turns).ravel()
-    return np.unique(copies[np.abs(copies) < _END])
+    copies = {angle + turns * math.pi for angle in angles for turns in range(-2, 3)}
+    return sorted(angle for angle in copies if abs(angle) < _END)
 
 
 def _where(
@@ -319,15 +309,15 @@ def _where(
     breaks: Sequence[npt.ArrayLike],
     tolerance: float,
     window: tuple[float, float] = (-_END, _END),
-) -> Halves:
-    """Return where a condition on (α1, α2), both of shape (k,), holds, and where it does not, in a window of α1.
+) -> Drawn:
+    """Return where a condition on (α1, α2), both of shape (k,), holds in a window of α1.
 
     For a fixed α1 it changes at the curves and the lines alone, both α2 modulo π. Between two `breaks`, modulo π, none of
     them meets another, crosses a multiple of π/2 or an end of the surroundings of the square, or ceases to exist.
     """
-    inside = _copies(np.concatenate([np.ravel(part) for part in breaks]))
     low, high = window
-    limits = np.concatenate([[low], inside[(inside > low) & (inside < high)], [high]])
+    inside = _copies(np.concatenate([np.ravel(part) for part in breaks]).tolist())
+    limits = np.array([low, *(x for x in inside if low < x < high), high])
     kept = np.append(True, np.diff(limits) > ROUND_OFF)
     kept[-1] = True
     edges = curves.edges_over(list(pairwise(limits[kept].tolist())))
@@ -338,13 +328,14 @@ def _where(
     between = [(edges[k].ordinate + edges[k + 1].ordinate) / 2 for k in gaps]
     held = dict(zip(gaps, holds(middle, np.array(between)).tolist(), strict=True))
 
-    # Each run of gaps over one interval with the same answer is one polygon.
-    runs = groupby(gaps, key=lambda k: (edges[k].low, held[k]))
-    numbers = [list(run) for _, run in runs]
+    # Each run of gaps over one interval in which it holds is one polygon.
     traces = curves.traces(edges, tolerance)
-    polygons: dict[bool, list[Polygon]] = {True: [], False: []}
-    for run in numbers:
-        below, above = run[0], run[-1] + 1
+    polygons = []
+    for (_, is_held), run in groupby(gaps, key=lambda k: (edges[k].low, held[k])):
+        if not is_held:
+            continue
+        numbers = list(run)
+        below, above = numbers[0], numbers[-1] + 1
         polygon = _polygon_between(traces[below], traces[above])
         if not polygon.is_valid:
             # The chords of a thin polygon may cross, unless both sides have the same abscissae.
@@ -354,8 +345,8 @@ def _where(
                 for side in (below, above)
             ]
             polygon = _polygon_between(*sides).buffer(0.0)
-        polygons[held[run[0]]].append(polygon)
-    return Halves(polygons, curves.rows is None)
+        polygons.append(polygon)
+    return Drawn(shapely.union_all(polygons), curves.rows is None)
 
 
 def _polygon_between(below: FloatArray, above: FloatArray) -> Polygon:
@@ -427,7 +418,7 @@ def _product(form: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(np.sum(directions(x) * (form @ directions(y)), axis=0))
 
 
-def determinant_negative(block: Block, tolerance: float) -> Halves:
+def determinant_negative(block: Block, tolerance: float) -> Drawn:
     """Return where the determinant of a block is negative."""
     form = block.form
 
@@ -441,7 +432,7 @@ def determinant_negative(block: Block, tolerance: float) -> Halves:
     return _where(lambda x, y: _product(form, x, y) < 0, curves, [breaks], tolerance)
 
 
-def singular_value_below(floor: float, block: Block, tolerance: float) -> Halves:
+def singular_value_below(floor: float, block: Block, tolerance: float) -> Drawn:
     """Return where the lesser singular value of a block, times √2, is below a positive floor.
 
     Around the curve where its determinant vanishes this is a band, as narrow as the floor.
@@ -526,7 +517,7 @@ def sum_on_plane(
 
 def sum_negative(
     form: CosineSum, tolerance: float, window: tuple[float, float] = (-_END, _END)
-) -> Halves:
+) -> Drawn:
     """Return where a sum of cosines is negative that is quadratic in u2, and in u1 of degree two or less.
 
     The polygons cover a window of α1 alone.
@@ -577,7 +568,7 @@ def sum_negative(
 
 def product_below(
     level: float, first: FloatArray, second: FloatArray, tolerance: float
-) -> Halves:
+) -> Drawn:
     """Return where (u1ᵀ·first·u2)·(u1ᵀ·second·u2) is below a level."""
     product = _bilinear(first) * _bilinear(second)
     return sum_negative(product + -level, tolerance)
@@ -589,7 +580,7 @@ def _first_product(across: Function, u2: FloatArray, x: FloatArray) -> FloatArra
 
 def thrust_above(
     share: float, own: FloatArray, other: FloatArray, tolerance: float
-) -> Halves:
+) -> Drawn:
     """Return where all hover thrusts are positive and those of rotors 1 and 3 are more than a share of the weight.
 
     Rotors 1 and 2 have the yaw torques own·u1 and other·u2. The share of rotor 1 is half of other·u2 / (other·u2·cos α1 +

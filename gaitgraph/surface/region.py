@@ -27,11 +27,11 @@ from gaitgraph.vehicle import Angle
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    import networkx as nx
     from shapely import MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.surface.borders import Halves
 
 Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
 
@@ -134,35 +134,41 @@ class Region(Pictured):
         return int(near[0]) if near.size else None
 
     @cached_property
-    def _groups(self) -> npt.NDArray[np.int32]:
-        """For each component, the number of the group of touching components that it belongs to."""
-        from scipy.sparse.csgraph import connected_components
+    def _touching(self) -> nx.Graph[int]:
+        """The components by their index, with an edge between any two that touch."""
+        import networkx as nx
 
         parts = np.array(self.components, dtype=object)
-        return np.asarray(
-            connected_components(shapely.intersects(parts[:, None], parts))[1]
-        )
+        first, second = np.triu_indices(len(parts), 1)
+        touch = shapely.intersects(parts[first], parts[second])
+        graph: nx.Graph[int] = nx.empty_graph(len(parts))
+        graph.add_edges_from(np.stack([first, second], axis=1)[touch].tolist())
+        return graph
 
     def joined(self, first: npt.ArrayLike, second: npt.ArrayLike) -> bool:
         """Return whether a path inside `inner`, borders and common points included, joins two points [rad]."""
+        import networkx as nx
+
         start, end = self.component_of(first), self.component_of(second)
-        return (
-            start is not None
-            and end is not None
-            and bool(self._groups[start] == self._groups[end])
-        )
+        if start is None or end is None:
+            return False
+        return bool(nx.has_path(self._touching, start, end))
 
     def nearest(self, point: npt.ArrayLike) -> tuple[float, float] | None:
         """Return the point of `inner` nearest to a point [rad], the point itself if it is inside; None if empty."""
         if self.inner.is_empty:
             return None
-        asked = _points(point)[0]
-        if self.contains(asked)[0]:
-            return float(asked[0]), float(asked[1])
-        found = shapely.get_coordinates(
-            shapely.shortest_line(self.inner, shapely.Point(asked))
-        )[0]
-        return float(found[0]), float(found[1])
+        return self._nearest_of(self.inner, _points(point))[0]
+
+    def _nearest_of(
+        self, part: BaseGeometry, points: FloatArray
+    ) -> tuple[tuple[float, float], ...]:
+        """Return the points of a part of `inner` nearest to points, shape (m, 2), those inside themselves."""
+        asked: Any = shapely.points(points)
+        nearest = shapely.get_coordinates(shapely.shortest_line(part, asked))[::2]
+        is_inside = shapely.dwithin(part, asked, ROUND_OFF)
+        nearest[is_inside] = points[is_inside]
+        return tuple(map(tuple, nearest.tolist()))
 
     def nearest_joined(self, points: npt.ArrayLike) -> tuple[tuple[float, float], ...]:
         """Return for each of m points, shape (m, 2) [rad], the nearest one inside, all of which paths inside join.
@@ -175,24 +181,16 @@ class Region(Pictured):
         >>> [(round(x, 3), round(y, 3)) for x, y in region.nearest_joined([(-0.4, 0.4), (-0.2, 1.0), (-1.5, 1.5)])]
         [(-0.4, 0.4), (-0.2, 1.0), (-1.369, 1.369)]
         """
-        asked = _points(points)
-        away = [
-            float(shapely.distance(one.inner, shapely.points(asked)).sum())
-            for one in self._joined_parts
-        ]
-        joined = self._joined_parts[away.index(min(away))] if away else self
-        nearest = map(joined.nearest, asked)
-        return tuple(point for point in nearest if point is not None)
+        import networkx as nx
 
-    @cached_property
-    def _joined_parts(self) -> tuple[Region, ...]:
-        """The components as regions, those that touch as one."""
-        components, groups = (
-            np.array(self.components, dtype=object),
-            set(self._groups.tolist()),
-        )
-        parts = (polygons_of(components[self._groups == group]) for group in groups)
-        return tuple(region_of([part, part], self.accuracy) for part in parts)
+        asked = _points(points)
+        components = np.array(self.components, dtype=object)
+        groups = nx.connected_components(self._touching)
+        parts = [shapely.MultiPolygon(components[list(group)]) for group in groups]
+        if not parts:
+            return ()
+        distances = shapely.distance(np.array(parts)[:, None], shapely.points(asked))
+        return self._nearest_of(parts[distances.sum(axis=1).argmin()], asked)
 
     def as_text(self, point: tuple[float, float]) -> str:
         """Return a point of `inner` with as few digits as keep it inside, at least four."""
@@ -332,15 +330,16 @@ def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:
     return shape.buffer(distance, join_style="mitre")
 
 
-def sides_of(halves: Halves, reach: float) -> tuple[Pair, Pair]:
-    """Return the parts of the square where a condition holds and where it does not, each as a pair.
+def offsets(shape: BaseGeometry, reach: float) -> Pair:
+    """Return what a shape certainly contains, and what it may contain, if its border is known to within `reach` [rad]."""
+    return np.array([offset(shape, -reach), offset(shape, reach)])
 
-    Both are known to within `reach` [rad]: what the other side does not reach is certain.
-    """
-    reached = np.array([halves.around(holds, reach) for holds in (True, False)])
-    certain = shapely.difference(_SQUARE, reached[::-1])
-    possible = shapely.intersection(_SQUARE, reached)
-    within, without = np.stack([certain, possible], axis=1)
+
+def sides_of(shape: BaseGeometry, reach: float) -> tuple[Pair, Pair]:
+    """Return the parts of the square inside a shape and outside it, if its border is known to within `reach` [rad]."""
+    moved = offsets(shape, reach)
+    within = shapely.intersection(_SQUARE, moved)
+    without = shapely.difference(_SQUARE, moved[::-1])
     return within, without
 
 
