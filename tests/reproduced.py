@@ -200,17 +200,6 @@ def bound(values: ArrayLike) -> str:
     return next(f"1e-{n}" for n in range(10, -1, -1) if largest < 10.0**-n)
 
 
-def terms() -> list[list[str]]:
-    """Return the coefficients of the sixteen products to four digits, in the order of the table."""
-    places = np.indices((2, 2, 2, 2)).reshape(4, -1).T * np.pi / 2
-    functions = (roll_sensitivity, pitch_sensitivity, level_determinant)
-    columns = [np.round(function(places, exact), 9) for function in functions]
-    return [
-        ["" if x == 0 else f"{x:+#.4g}" for x in row]
-        for row in zip(*columns, strict=True)
-    ]
-
-
 def term(function: Any, word: str) -> str:
     """Return one coefficient and its product, given as a word of four letters, such as "sccs"."""
     place = [np.pi / 2 if letter == "s" else 0.0 for letter in word]
@@ -237,11 +226,7 @@ def largest_R_theta() -> list[str]:
     return digits(*(np.abs(values).max() for values in R_theta(vertices)))
 
 
-def least_R_theta() -> list[str]:
-    return digits(*(np.abs(values).min() for values in R_theta(vertices)))
-
-
-def red_nodes(where: Any = True) -> list[int]:
+def red_nodes(where: Any) -> list[int]:
     return [(where & (values > 0)).sum() for values in R(red_root)]
 
 
@@ -400,16 +385,16 @@ def R_along(angles: Floats) -> list[str]:
     ]
 
 
-def planned_vertices() -> list[list[str]]:
-    """Return α3 and α4 of the sixteen corners of the planned gaits [rad]."""
-    cells = []
+def farthest_vertex() -> float:
+    """Return the largest difference of α3 and α4 from those printed, over the sixteen corners [rad]."""
+    differences = []
     for number, loop in points.items():
         plan = gg.plan_loop(
             np.array(loop) * step, color=colors[number], require="valid"
         )
         assert plan.gait is not None
-        cells += [[f"{a3:.6f}", f"{a4:.6f}"] for _, _, a3, a4 in plan.gait.alpha]
-    return cells
+        differences.append(plan.gait.alpha[:, 2:] - printed[number][:, 2:])
+    return round(float(np.abs(differences).max()), 4)
 
 
 def around(gait: Any, coefficients: Any, eta: float = 1.0) -> str:
