@@ -35,7 +35,6 @@ SLOW = {
     "best_hover_reserve",
     "which_drag_ratio",
     "which_period",
-    "planning.md:5",
 }
 
 
