@@ -30,37 +30,26 @@ pytestmark = (
 )  # what pages show has tests of its own, which are traced
 
 ROOT = Path(__file__).parent.parent
-SLOW = {
-    "best_gait",
-    "best_hover_reserve",
-    "which_drag_ratio",
-    "which_period",
-}
+SLOW = {"planning", "reproduction", "research", "robustness", "servo_errors"}  # pages
 
 
-def named(name: str, *values: object) -> ParameterSet:
-    """Return the case of a test, marked where it is one of the slow ones."""
-    marks = [pytest.mark.slow] if name in SLOW else []
-    return pytest.param(*values, id=name, marks=marks)
+def of_page(page: Path, *values: str) -> ParameterSet:
+    """Return the case of a test of a page, marked if the page is one of the slow ones."""
+    marks = [pytest.mark.slow] if page.stem in SLOW else []
+    return pytest.param(page, *values, id=page.stem, marks=marks)
 
 
-EXAMPLES = [named(path.stem, path) for path in sorted((ROOT / "examples").glob("*.py"))]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 CONTEXT = click.Context(cli)
 REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("**/*.md"))]
 TUTORIAL = ROOT / "docs" / "tutorial.md"
 OTHER_PAGES = [page for page in PAGES if page != TUTORIAL]
+BLOCK = r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?"
 BLOCKS = [
-    named(f"{page.name}:{number}", page, block, shown)
+    of_page(page, block, shown)
     for page in OTHER_PAGES
-    for number, (block, shown) in enumerate(
-        re.findall(
-            r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?",
-            page.read_text(),
-            re.M | re.S,
-        ),
-        start=1,
-    )
+    for block, shown in re.findall(BLOCK, page.read_text(), re.M | re.S)
 ]
 FIGURES_OF_PAGES = {
     f"_figures/{figure.stem}.png" for figure in FIGURES.values()
@@ -103,7 +92,8 @@ def pictures_without_windows_and_films_of_few_frames(
     monkeypatch.setattr(films, "RATE", 1)
 
 
-@pytest.mark.parametrize("path", EXAMPLES)
+@pytest.mark.slow
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_run(
     path: Path,
     tmp_path: Path,
@@ -160,7 +150,7 @@ def test_python_blocks_run(
     assert not shown or is_shown(shown, capsys)
 
 
-@pytest.mark.parametrize("page", OTHER_PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", map(of_page, OTHER_PAGES))
 def test_commands_print_what_is_shown_below_them(
     page: Path,
     tmp_path: Path,
@@ -176,6 +166,7 @@ def test_commands_print_what_is_shown_below_them(
         assert is_shown(shown, capsys), commands
 
 
+@pytest.mark.slow
 def test_the_tutorial_runs_in_one_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -255,6 +246,7 @@ def test_the_version_is_stated_once() -> None:
     assert f"## {gg.__version__}" in changelog
 
 
+@pytest.mark.slow
 def test_how_cost_grows_is_what_was_measured() -> None:
     from tests.benchmarks import growth
 
