@@ -74,6 +74,13 @@ LEANING = ODD.replace(
     spins=["clockwise", "clockwise", "counterclockwise", "counterclockwise"],
 )
 
+STANDING = ODD.replace(
+    name="standing",
+    mass=1.2,
+    rotor_positions=[[0.3, 0, 0.06], [0, 0.35, 0], [-0.2, -0.05, 0], [0.05, -0.3, 0.1]],
+    spins=LEANING.spins,
+)
+
 RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
 HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)
 
