@@ -178,13 +178,14 @@ def test_borders_are_where_angles_and_forms_say(vehicle: gg.Vehicle) -> None:
 
 def test_the_sheet_of_a_symmetric_vehicle_is_its_plane() -> None:
     sheet = curved_sheet(gg.PAPER)
-    plane = RNG.uniform(-1.4, 1.4, (100, 2))
-    assert separation(sheet.angles(*plane.T), plane) < 1e-11
+    delta = coefficients_of(gg.PAPER, "exact").delta
+    plane = RNG.uniform(0.05, 0.9, (100, 2)) * RNG.choice([-1, 1], (100, 2))
+    plane += [delta, -delta]  # beside the fibres
+    assert separation(sheet.angles(*plane.T), plane) < 1e-12
     np.testing.assert_allclose(
         sheet.slopes(*plane.T), np.tile(np.eye(2), (100, 1, 1)), atol=1e-11
     )
     # Its contacts are the crossing lines and β = ±π/2, on which rotors idle.
-    delta = coefficients_of(gg.PAPER, "exact").delta
     contacts = np.sort(sheet.contacts(0.3))
     np.testing.assert_allclose(contacts, [-delta, math.pi / 2 - delta], atol=1e-12)
     with pytest.raises(gg.InputError, match="must not lead through a fibre"):

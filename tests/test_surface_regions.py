@@ -94,7 +94,8 @@ SQUARE = [
     Vehicle(name="strong", drag_ratio=0.8, first_rotor_spin="counterclockwise"),
     Vehicle(name="heavy", drag_ratio=1.5),
 ]
-ALL = [*SQUARE, *(some_vehicle(kind, seed) for kind in KINDS for seed in (1, 2))]
+OF_EACH_KIND = [some_vehicle(kind, seed) for seed, kind in enumerate(KINDS)]
+ALL = [SQUARE[1], SQUARE[4], *OF_EACH_KIND]
 
 
 def every(vehicles: list[Vehicle]) -> Any:
@@ -137,7 +138,7 @@ def assert_encloses(region: Region, margin: Any, rounding: float = 1e-12) -> Non
 def test_regions_of_a_least_singular_value_enclose_the_truth(vehicle: Vehicle) -> None:
     at = np.random.default_rng(1).uniform(-HALF_PI, HALF_PI, (5000, 2))
     largest = least_singular_value(red(at), vehicle).max()
-    for share, accuracy in ((0.03, 1e-5), (0.5, 1e-3), (0.95, 1e-5)):
+    for share, accuracy in ((0.03, 1e-4), (0.5, 1e-3), (0.95, 1e-5)):
         floor = float(share * largest)
         region = singular_value_region(floor, vehicle, accuracy=accuracy)
         assert_encloses(
@@ -236,7 +237,7 @@ MADE: dict[str, Any] = {
     ("name", "accuracy", "corners"),
     [
         ("singular value", 1e-2, 112),
-        ("singular value", 1e-8, 19051),
+        ("singular value", 1e-7, 5561),
         ("thrust", 1e-5, 414),
         ("R", 1e-5, 2217),
         ("blue", 1e-5, 1255),
@@ -384,7 +385,7 @@ def test_regions_of_a_sign_fill_the_square_with_a_rotor_height() -> None:
 def test_the_border_of_every_component_is_a_flyable_gait(
     vehicle: Vehicle, sign: Sign
 ) -> None:
-    region = admissible_region(vehicle, sign=sign, accuracy=1e-4)
+    region = admissible_region(vehicle, sign=sign, accuracy=1e-3)
     assert region.components
     for part in region.components:
         corners = np.asarray(part.exterior.coords)[:-1]
@@ -524,7 +525,7 @@ def test_without_a_floor_a_servo_margin_leaves_the_square_of_the_theory(
         assert shapely.hausdorff_distance(part, expected) < 1e-9
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_point_is_inside_exactly_if_no_corner_of_its_errors_breaks_a_condition(
     seed: int,
 ) -> None:
@@ -535,10 +536,10 @@ def test_a_point_is_inside_exactly_if_no_corner_of_its_errors_breaks_a_condition
     floor, margin = (0.0, 0.05, 0.1)[seed % 3], float(rng.uniform(0.02, 0.3))
     sign: Sign = ("positive", "negative")[seed % 2]
     region = servo_margin_region(margin, vehicle, sign=sign, floor=floor)
-    points = rng.uniform(-HALF_PI, HALF_PI, (100, 2))
+    points = rng.uniform(-HALF_PI, HALF_PI, (60, 2))
     if region.components:
         low, high = np.reshape(region.outer.bounds, (2, 2))
-        near = rng.uniform(low - 0.02, high + 0.02, (100, 2))
+        near = rng.uniform(low - 0.02, high + 0.02, (60, 2))
         points = np.vstack([points, near])
     points = np.clip(points, -HALF_PI, HALF_PI)
     R: Any = level_determinant(red(points), coefficients_of(vehicle, "exact"))
@@ -565,7 +566,7 @@ def test_servo_margins_nest_and_only_what_flies_has_one() -> None:
         admissible_region(servo_margin="100deg")
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_what_is_called_borne_is_borne_and_what_was_found_to_break_is_not(
     seed: int,
 ) -> None:
