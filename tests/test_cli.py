@@ -27,7 +27,6 @@ from gaitgraph.io.formats import read_table
 from gaitgraph.planning.request import CHOICES, REQUEST_FIELDS
 from gaitgraph.timing.laws import LAWS
 from tests.published import GAITS
-from tests.samples import along
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -242,15 +241,6 @@ def test_pace(line: Any) -> None:
 
 
 def test_compare(line: Any) -> None:
-    row = line("compare gait1 gait3 --json").json["gaits"][1]
-    gait = gg.gait_of("gait3")
-    shares = gg.invertibility.hover_thrust_shares(along(gait.alpha, 500))
-    assert row["least_hover_thrust"] == pytest.approx(shares.min(), rel=1e-3)
-    assert row["largest_hover_thrust"] == pytest.approx(shares.max(), rel=1e-3)
-    timed = gait.parametrize()
-    assert row["hover_power"] == gg.validate(timed).hover_power
-    assert row["peak_rate"] == pytest.approx(timed.peak_rates.max())
-    assert (row["length"], row["reason"]) == (gait.length, "")
     lines = line("compare gait1 gait3").out.splitlines()
     cells = {text[:36].strip(): text[36:].split() for text in lines[:-1]}
     assert cells["gait"] == ["gait1", "gait3"]
@@ -408,8 +398,7 @@ def gaitgraph(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
         ),
         ("gaitgraph vehicles --json | head -c 10", 0, ""),
         ("gaitgraph roots 0.4 -0.4 --json | true", 0, ""),
-        ("gaitgraph cycles --limit 500 --json | head -1", 0, ""),
-        ("gaitgraph --help | true", 0, ""),
+        ("gaitgraph cycles --limit 150 --json | head -1", 0, ""),
         ("PYTHONIOENCODING=latin-1 gaitgraph roots 0.3 -0.4", 0, ""),
     ],
 )

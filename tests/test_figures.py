@@ -65,8 +65,10 @@ def test_the_waypoints_and_vertices_are_the_printed_ones() -> None:
 @pytest.mark.parametrize(
     ("names", "vehicle"),
     [
-        (("1", "2", "7", "11", "12", "15", "16", "17", "20", "regions"), gg.PAPER),
-        pytest.param(("10", "14", "18", "19", "21", "22"), gg.PAPER, marks=SLOW),
+        (("1", "2", "12", "15", "20", "regions"), gg.PAPER),
+        pytest.param(
+            ("7", "10", "11", "14", *map(str, range(16, 23))), gg.PAPER, marks=SLOW
+        ),
         pytest.param(("1", "9", "12", "17", "18", "regions"), BEETLE, marks=SLOW),
     ],
 )
@@ -138,7 +140,11 @@ def readings(name: str, vehicle: gg.Vehicle = gg.PAPER) -> list[str]:
             ["none, biased 41.7°", "41.5°, biased 41.7°", "41.5°, biased 41.7°"],
             marks=SLOW,
         ),
-        ("22b", ["none, biased 45.0°", "41.5°, biased 45.0°", "41.5°, biased 45.0°"]),
+        pytest.param(
+            "22b",
+            ["none, biased 45.0°", "41.5°, biased 45.0°", "41.5°, biased 45.0°"],
+            marks=SLOW,
+        ),
     ],
 )
 def test_attitudes_of_the_papers_gaits(name: str, margins: list[str]) -> None:
@@ -146,7 +152,7 @@ def test_attitudes_of_the_papers_gaits(name: str, margins: list[str]) -> None:
     assert readings(name) == margins
 
 
-@pytest.mark.parametrize("name", ["18", "20", "22b"])
+@pytest.mark.parametrize("name", ["18", "20"])
 def test_gaits_of_another_vehicle_have_one_reading(name: str) -> None:
     assert len(readings(name, BEETLE)) == 1
 
@@ -290,9 +296,6 @@ def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
     assert (red["reachable_from_hover"], red["peak_acceleration"]) == (False, None)
     assert (blue["flyable"], blue["valid"]) == (False, True)
     assert blue["tilt_margin_deg"] is blue["least_hover_thrust"] is None
-    lines = run(*command).out.splitlines()
-    assert lines[1].split() == ["flyable", "no", "yes"]
-    assert lines[-1].startswith("gait1 is not flyable: least singular value")
 
 
 def test_the_scales_of_gaits_that_are_compared_are_the_same() -> None:

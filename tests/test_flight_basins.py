@@ -102,7 +102,6 @@ SWINGING = {"attitude_stiffness": 3000.0, "attitude_damping": 30.0, "floor": 0.2
     ("vehicle", "number", "eta", "settings", "outcomes"),
     [
         (PAPER, 4, 0.8, FOUR_SHARES, {"settled", "near singular"}),
-        (PAPER, 3, 1.0, FOUR_SHARES, {"settled", "near singular"}),
         (PAPER, 3, 0.8, ROUGH, {"settled", "near singular"}),
         (PAPER, 3, 0.9, SLOW, {"settled", "near singular"}),
         (PAPER, 4, 0.9, SWINGING, {"near singular"}),

@@ -225,7 +225,7 @@ def test_a_larger_concession_gives_a_calmer_gait() -> None:
     assert loose.effort < tight.effort
 
 
-@pytest.mark.parametrize(("count", "pieces"), [(1, 36), (4, 48), (25, 240)])
+@pytest.mark.parametrize(("count", "pieces"), [(1, 36), (25, 240)])
 def test_there_are_so_many_pieces_by_default(count: int, pieces: int) -> None:
     points = [(-0.6, 0.5 + 1e-3 * k) for k in range(count)]
     found = optimal_gait(points, radius=0.2, objective="hover_reserve")

@@ -156,16 +156,13 @@ def test_so_it_is_in_hard_cases(points: Any, options: Any) -> None:
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
-def test_along_a_curve_the_bounds_hold_a_string_pulled_under_it(
-    accuracy: float,
-) -> None:
+def test_along_a_curve_the_bounds_hold_a_string_pulled_under_it() -> None:
     """The string is the lower hull of its ends and of the curve where R vanishes, finely sampled."""
-    kappa = 0.9
+    kappa, accuracy = 0.9, 1e-4
     first = math.atan(kappa) - pi / 2 + 0.2
     start = (first, math.atan(math.tan(first) - 2 * kappa) - 0.01)
     end = (-start[1], -start[0])
-    x = np.linspace(start[0], end[0], 200_001)[1:-1]
+    x = np.linspace(start[0], end[0], 40_001)[1:-1]
     curve = np.column_stack([x, np.arctan(np.tan(x) - 2 * kappa)])
     points = np.vstack([start, curve, end])
     hull = points[np.sort(ConvexHull(points).vertices)]
@@ -199,7 +196,7 @@ def test_a_straight_loop_is_taken_where_its_report_allows_it() -> None:
     """The quick answer is the report's, near every border; a step of 1e-5 to either side of it decides."""
     rng = np.random.default_rng(60)
     seen = []
-    for _ in range(100):
+    for _ in range(60):
         size = 10 ** rng.uniform(-2, 0)
         around = rng.uniform(-1.2, 1.2, 2) + size * rng.uniform(-1, 1, (3, 2))
         points = np.clip(around, -1.57, 1.57).tolist()
@@ -280,9 +277,7 @@ COARSE = [
 
 
 def test_a_level_that_coarse_polygons_decide_holds_for_the_waypoints() -> None:
-    for any_order in (False, True):
-        asked: Any = {"objective": "robust", "any_order": any_order}
-        assert exact(COARSE, vehicle=UNEVEN, **asked)
+    assert exact(COARSE, vehicle=UNEVEN, objective="robust")
 
 
 SMALL = gg.Vehicle(mass=1.2, arm_length=0.25, drag_to_thrust=0.02)
@@ -317,7 +312,7 @@ def test_a_waypoint_beside_a_border_is_one_corner(points: Any, options: Any) -> 
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=6)
 @given(
     points=st.lists(
         st.tuples(st.floats(0.2, 1.3), st.floats(-1.3, -0.2)), min_size=2, max_size=4

@@ -93,9 +93,7 @@ def test_both_roots_lie_on_two_planes(name: str, over: int, shift: int) -> None:
     assert blue[:, 2] == pytest.approx(height)
 
 
-@pytest.mark.parametrize(
-    ("first", "other", "sign", "count"), [("9", "11", 1, 156), ("13", "14", -1, 294)]
-)
+@pytest.mark.parametrize(("first", "other", "sign", "count"), [("13", "14", -1, 294)])
 def test_signed_roots_are_those_with_a_sign_of_r(
     first: str, other: str, sign: int, count: int
 ) -> None:
@@ -346,7 +344,10 @@ def test_figure_1_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> Non
         lambda ax=None: plots.roll_pitch_diagram(GAIT3, count=4, ax=ax),
     ],
 )
-def test_plots_draw_on_given_axes_or_one_new_figure(ax: Axes, draw: Any) -> None:
+def test_plots_draw_on_given_axes_or_one_new_figure(
+    ax: Axes, draw: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gaitgraph.plots.planes._MARGINS", 9)
     before = dict(mpl.rcParams)
     assert draw(ax=ax) is ax
     assert pyplot.get_fignums() == []
@@ -441,7 +442,7 @@ SHADED = ["$R=0$", "all upright"]
             ["flyable, $R<0$", *SHADED, "waypoints"],
         ),
         (lambda: gg.validate(gait_of_paper(2)), []),
-        (gg.admissible_region, []),
+        (lambda: gg.admissible_region(accuracy=1e-3), []),
         (lambda: gg.PAPER, []),
     ],
 )

@@ -31,7 +31,6 @@ LIMITED = gg.PAPER.replace(
 )
 AROUND = np.linspace(0, 2 * np.pi, 3000, endpoint=False)
 RING = np.column_stack([0.3 * np.cos(AROUND) - 0.8, 0.3 * np.sin(AROUND) + 0.8])
-WAYPOINTS = [(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)]
 OUTSIDE = np.array([[2.0, -0.3, 0.1, 9.0], [0.3, -3.0, 0.1, 9.0]])
 CORNERS = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)]
 BAR = [(-0.9, 0.3), (-0.7, 0.3), (-0.7, 0.6), (-0.9, 0.6)]
@@ -42,7 +41,6 @@ PLANE_LOOP = {"alpha1": [0.4, 0.8], "alpha2": [-0.4, -0.5], "color": "red"}
 SHOWN: dict[str, tuple[Callable[[], Any], str]] = {
     "red gait": (lambda: RED, "shaded: where a red gait with R < 0 is flyable"),
     "biased gait": (lambda: RED.biased(0.8), "its loop in the plane of α1 and α2"),
-    "mixed gait": (lambda: gg.lift(WAYPOINTS, ["red", "blue", "red"]), "Gait"),
     "point": (lambda: gg.lift([(0.4, -0.4)], "red"), "Gait, red: 1 corner"),
     "outside": (lambda: gg.Gait(alpha=OUTSIDE), "off the surfaces"),
     "long gait": (lambda: gg.lift(RING, "red"), "3000 corners"),
@@ -69,8 +67,8 @@ SHOWN: dict[str, tuple[Callable[[], Any], str]] = {
     "vehicle": (lambda: LIMITED, "max tilt jerk"),
     "region": (gg.admissible_region, "hover thrusts > 0"),
     "empty region": (lambda: gg.admissible_region(floor=1.5), "Region"),
-    "least period": (lambda: gg.least_period(RED, LIMITS), "period"),
-    "optimal": (lambda: gg.optimal_gait(CORNERS, radius=0.1), "gait"),
+    "least period": (lambda: gg.least_period(RED, LIMITS, nodes=30), "period"),
+    "optimal": (lambda: gg.optimal_gait(CORNERS[:1], pieces=8), "gait"),
     "transition": (lambda: gg.transition("hover", "gait4"), "corner"),
     "retargeted": (lambda: gg.retarget("gait3", sign="positive"), "gait"),
     "robustness": (lambda: gg.robustness_of("gait4", bias=0.8), "acceptable"),

@@ -73,7 +73,7 @@ def test_requests_hold_the_margin(tmp_path: Path) -> None:
 
 
 def test_edges_have_margins_of_their_ends_and_middles() -> None:
-    graph = surface_graph("positive", divisions=8, servo_margins=True)
+    graph = surface_graph("positive", divisions=6, servo_margins=True)
     validate_graph(graph)
     for first, second, edge in graph.edges(data=True):
         expected = 0.0
@@ -95,7 +95,7 @@ def test_edges_have_margins_of_their_ends_and_middles() -> None:
 @pytest.mark.parametrize("floor", [0.0, 0.05])
 def test_the_optimal_margin_is_proven_and_near_its_bound(floor: float) -> None:
     asked: Any = {"objective": "servo_margin", "sign": "positive", "floor": floor}
-    best: Any = gg.optimal_gait(GAIT_4, radius=0.1, **asked)
+    best: Any = gg.optimal_gait(GAIT_4, radius=0.1, pieces=24, **asked)
     breaks = math.radians(margin_of(best.gait, floor))
     assert 0.97 * best.bound < best.value <= breaks <= best.bound
     if floor == 0:

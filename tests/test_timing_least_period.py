@@ -127,7 +127,7 @@ def test_limits_may_be_far_apart(limits: dict[str, Any], least: float) -> None:
     assert least_period(SQUARE, Limits(**limits)).least == pytest.approx(least, 1e-5)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=8)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.integers(8, 40),
