@@ -42,10 +42,11 @@ def test_the_engine_gives_forces_and_moments_of_the_matrices(
     inputs = thrusts / 8e-6 * vehicle.spin_signs
     force = control_force_matrix(alpha, vehicle) @ inputs
     moment = control_moment_matrix(alpha, vehicle) @ inputs
-    weight = np.array([0, 0, vehicle.mass * vehicle.gravity])
+    mass = vehicle.mass or 0.0
+    weight = np.array([0, 0, mass * vehicle.gravity])
     acceleration = engine.data.qacc
     np.testing.assert_allclose(
-        vehicle.mass * acceleration[:3] + weight, force, rtol=1e-3, atol=1e-4
+        mass * acceleration[:3] + weight, force, rtol=1e-3, atol=1e-4
     )
     # Arms without a stated inertia hardly turn with their hinges; others do.
     tolerance = 1e-4 if arm_inertia is None else 0.02
