@@ -150,7 +150,7 @@ def test_python_blocks_run(
     assert not shown or is_shown(shown, capsys)
 
 
-@pytest.mark.parametrize("page", map(of_page, OTHER_PAGES))
+@pytest.mark.parametrize("page", [of_page(page) for page in OTHER_PAGES])
 def test_commands_print_what_is_shown_below_them(
     page: Path,
     tmp_path: Path,
