@@ -161,22 +161,6 @@ def test_servos_that_lag_alike_stay_on_the_sheet(row: list[str]) -> None:
     assert unlike.distance_off_sheet == number(row[3])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("row", table("$T$ | settles"), ids=lambda row: row[0])
-def test_flights_with_servos_that_lag(row: list[str]) -> None:
-    settings = FlightSettings(
-        duration=3.0, servo_lag=0.05, servo_rate=math.radians(300), arms="served"
-    )
-    flight = fly(THIRD.parametrize(value(row[0])), settings=settings, anyway=True)
-    later = flight.column("t") >= 1.0
-    share = 0.25 * gg.PAPER.require("mass", purpose="this")[0] * gg.PAPER.gravity
-    assert flight.settled
-    assert flight.settling_time == number(row[1])
-    assert flight.peak_thrust_share == number(row[2])
-    assert flight.thrusts[later].max() / share == number(row[3])
-    assert np.ptp(flight.column("alpha1")[later]) == number(row[4])
-
-
 @pytest.mark.parametrize("row", table(r"$T/\text{lag}$"), ids=lambda row: row[0])
 def test_what_a_controller_makes_that_knows_only_the_commands(row: list[str]) -> None:
     response = servo_response(THIRD.parametrize(0.05 * value(row[0])), 0.05)
