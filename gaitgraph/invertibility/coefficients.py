@@ -184,23 +184,40 @@ class Coefficients:
             held |= (off <= ON_PLANE).all(axis=0)
         return np.asarray(held)
 
-    def errors(self, sines: Sines, angle_rounding: float = 0.0) -> FloatArray:
+    def errors(self, sines: Sines, angle_rounding: npt.ArrayLike = 0.0) -> FloatArray:
         """Return bounds of the errors of −Rθ, Rφ and R at points, shape (3, k); `angle_rounding` is that of angles [rad].
 
         They are those of the digits of the coefficients, of δ in α3 and α4, of the angles to second order, and of
         floating point.
         """
-        errors = np.repeat(self.noise[:, None], sines.alpha.shape[1], axis=1)
+        return self._errors_of(self.form, _PART_FORMS, sines, angle_rounding)
+
+    def level_errors(
+        self, sines: Sines, angle_rounding: npt.ArrayLike = 0.0
+    ) -> FloatArray:
+        """Return the bounds of the errors of R alone, shape (k,); see :meth:`errors`."""
+        form, parts = self.level_form, _LEVEL_PART_FORMS
+        return np.asarray(self._errors_of(form, parts, sines, angle_rounding)[0])
+
+    def _errors_of(
+        self,
+        form: Form,
+        parts: Sequence[Form],
+        sines: Sines,
+        angle_rounding: npt.ArrayLike,
+    ) -> FloatArray:
+        """Return the errors of forms, whose `parts` have the factors of the four numbers of the paper."""
+        rounding, derived = np.asarray(angle_rounding), self.sheet_error
+        errors = np.repeat(form.rounding()[:, None], sines.alpha.shape[1], axis=1)
         if self.kind == "published":
-            for half_unit, form in zip(_HALF_UNITS, _PART_FORMS, strict=True):
-                errors += half_unit * np.abs(form.at(sines))
-        derived = self.sheet_error
-        if derived or angle_rounding:
-            slopes = np.abs(self.form.slopes(sines))
-            errors += angle_rounding * slopes.sum(axis=0)
+            for half_unit, part in zip(_HALF_UNITS, parts, strict=True):
+                errors += half_unit * np.abs(part.at(sines))
+        if derived or rounding.any():
+            slopes = np.abs(form.slopes(sines))
+            errors += rounding * slopes.sum(axis=0)
             errors += derived * slopes[2:].sum(axis=0)
-            moved = 4 * angle_rounding + 2 * derived
-            errors += self.form.size[:, None] * moved**2 / 2
+            moved = 4 * rounding + 2 * derived
+            errors += form.size[:, None] * moved**2 / 2
         return np.asarray(errors)
 
     @cached_property
@@ -261,6 +278,7 @@ def _parts() -> FloatArray:
 
 _PARTS = _parts()
 _PART_FORMS = tuple(map(Form, _PARTS[1:]))
+_LEVEL_PART_FORMS = tuple(map(Form, _PARTS[1:, ..., 2:]))
 
 
 def paper_form(numbers: Sequence[float]) -> Form:

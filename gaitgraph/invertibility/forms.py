@@ -77,7 +77,7 @@ class Form:
         first = sines.first if n1 == n2 == 2 else _products(sines, (0, 1), (n1, n2))
         second = sines.second if n3 == n4 == 2 else _products(sines, (2, 3), (n3, n4))
         inner = (self._matrix @ second).reshape(count, n1 * n2, -1)
-        return np.asarray((inner * first).sum(axis=1))
+        return np.asarray(np.einsum("qnk,nk->qk", inner, first))
 
     @cached_property
     def _matrix(self) -> FloatArray:

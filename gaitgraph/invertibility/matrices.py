@@ -135,7 +135,7 @@ def level_determinant_resolution(
 ) -> Any:
     """Return the |R| above which its sign is certain, shape (...); see :meth:`Coefficients.errors`."""
     shape, sines = sines_of(alpha)
-    return coefficients.errors(sines, angle_rounding)[2].reshape(shape)
+    return coefficients.level_errors(sines, angle_rounding).reshape(shape)
 
 
 def noise_of(coefficients: Coefficients) -> float:

@@ -126,41 +126,18 @@ def brackets_of(segments: Segments, criteria: Criteria, fit: Fit) -> Brackets:
     )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Resolution:
-    """What |R| must exceed for its sign to be known: at each point, and anywhere; and what is assumed, in words."""
-
-    at_points: FloatArray
-    anywhere: float
-    assumed: str
-
-
-def _resolution_of(segments: Segments, criteria: Criteria, fit: Fit) -> _Resolution:
-    """Return the error of R that digits of coefficients and angles leave."""
+def _resolution_of(
+    segments: Segments, criteria: Criteria, fit: Fit
+) -> tuple[FloatArray, str]:
+    """Return what |R| must exceed at each point for its sign to be known, and what is assumed of angles, in words."""
     coefficients = criteria.coefficients
-    sines = Sines.of(segments.alpha)
-    digits = coefficients.errors(sines)[2]
-    derived, size = coefficients.sheet_error, float(coefficients.form.size[2])
     rounding = fit.errors
     if criteria.angle_rounding is not None:
-        rounding = np.full(len(digits), criteria.angle_rounding)
-    assumed, slope = "angles exact", np.zeros(len(digits))
+        rounding = np.full(len(segments.alpha), criteria.angle_rounding)
+    assumed = "angles exact"
     if rounding.any():
         assumed = f"angles to {rounding.max():.2g} rad"
-        slope = np.abs(coefficients.level_form.slopes(sines)[:, 0]).sum(axis=0)
-
-    def error(
-        digits: FloatArray, slope: FloatArray, rounding: FloatArray
-    ) -> FloatArray:
-        # To second order in the rounding of angles.
-        second = 8 * size * ((rounding + derived) ** 2 - derived**2)
-        return digits + slope * rounding + second
-
-    return _Resolution(
-        at_points=error(digits, slope, rounding),
-        anywhere=float(error(digits.max(), slope.max(), rounding.max())),
-        assumed=assumed,
-    )
+    return coefficients.level_errors(Sines.of(segments.alpha), rounding), assumed
 
 
 def sign_of_R(
@@ -169,10 +146,10 @@ def sign_of_R(
     """Check that R has one sign (Proposition 1), beyond the error that digits of coefficients and angles leave."""
     coefficients, sign = criteria.coefficients, brackets.sign
     kind = coefficients.kind
-    error = _resolution_of(segments, criteria, fit)
-    resolution, assumed = error.anywhere, error.assumed
-    is_above = brackets.value > error.at_points
-    is_below = -brackets.value > error.at_points
+    errors, assumed = _resolution_of(segments, criteria, fit)
+    resolution = float(errors.max())
+    is_above = brackets.value > errors
+    is_below = -brackets.value > errors
     level = _compared_with(brackets.level, resolution, segments, criteria, sign)
     least, upper, segment, fraction = level.worst()
     place = segments.place(segment, fraction)
