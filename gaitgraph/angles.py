@@ -87,11 +87,9 @@ def in_degrees(value: object) -> str:
     """
     text = value.strip() if isinstance(value, str) else f"{number_of(value):g}"
     is_plain = re.fullmatch(rf"[+−-]?{_NUMBER}", text, re.ASCII)
-    return (
-        f"; for degrees write '{text}deg'"
-        if is_plain and 2 <= float(text.strip("+−-")) <= 360
-        else ""
-    )
+    if is_plain and 2 <= float(text.strip("+−-")) <= 360:
+        return f"; for degrees write '{text}deg'"
+    return ""
 
 
 def angle_within(
@@ -103,18 +101,16 @@ def angle_within(
     Traceback (most recent call last):
     gaitgraph.errors.InputError: alpha1 must be within ±π/2 rad, got '30'; for degrees write '30deg'
     """
-    angle = (
-        value
-        if type(value) is float and abs(value) <= limit
-        else angle_from_text(value, name)
-    )
+    if type(value) is float and abs(value) <= limit:
+        angle = value
+    else:
+        angle = angle_from_text(value, name)
     if not (-limit if least is None else least) <= angle <= limit:
         most = text_from_angle(limit)
-        allowed = (
-            f"within ±{most} rad"
-            if least is None
-            else f"an angle from {least:g} to {most} rad"
-        )
+        if least is None:
+            allowed = f"within ±{most} rad"
+        else:
+            allowed = f"an angle from {least:g} to {most} rad"
         raise InputError(
             f"{name} must be {allowed}, got {shown(value)}{in_degrees(value)}",
             field=name,

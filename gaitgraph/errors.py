@@ -159,11 +159,9 @@ def shown(value: object) -> str:
     try:
         text = " ".join(line.strip() for line in repr(_plain(value)).splitlines())
     except ValueError:  # whole numbers of thousands of digits are not written out
-        text = (
-            f"a whole number of {value.bit_length()} bits"
-            if isinstance(value, int)
-            else ""
-        )
+        text = ""
+        if isinstance(value, int):
+            text = f"a whole number of {value.bit_length()} bits"
     except RecursionError:
         text = ""
     text = text or f"a {type(value).__name__}"

@@ -214,11 +214,10 @@ class Vehicle(Pictured):
         if self.max_tilt is None and self.linkage is None:
             return None
         high = four_of(math.inf if self.max_tilt is None else self.max_tilt)
-        low = (
-            [-most for most in high]
-            if self.min_tilt is None
-            else four_of(self.min_tilt)
-        )
+        if self.min_tilt is None:
+            low = tuple(-most for most in high)
+        else:
+            low = four_of(self.min_tilt)
         ends = [
             (table[0][1], table[-1][1]) if table else (-math.inf, math.inf)
             for table in self.linkages
@@ -261,20 +260,16 @@ class Vehicle(Pictured):
     @property
     def signed_drag_ratio(self) -> float:
         """κ, negative if the spins are mirrored against the paper's, as the formulas use it."""
-        return (
-            self.drag_ratio
-            if self.first_rotor_spin == "clockwise"
-            else -self.drag_ratio
-        )
+        if self.first_rotor_spin == "clockwise":
+            return self.drag_ratio
+        return -self.drag_ratio
 
     @property
     def height_ratio(self) -> float:
         """H = h/L, the rotor height in arm lengths, as the formulas use it; 0 at the height of the centre of mass."""
-        return (
-            self.rotor_height / self.arm_length
-            if self.rotor_height and self.arm_length
-            else 0.0
-        )
+        if self.rotor_height and self.arm_length:
+            return self.rotor_height / self.arm_length
+        return 0.0
 
     @property
     def scaled_positions(self) -> tuple[Place, ...]:
@@ -983,11 +978,10 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     if found is None:
         allowed = f"a preset ({', '.join(preset_names())}), a .toml file, a mapping of constants or a Vehicle"
         is_file = os.path.isfile(f"{preset}.toml")  # noqa: PTH113 - False for a name that no file can have
-        hint = (
-            f"; did you mean '{preset}.toml'?"
-            if is_file
-            else did_you_mean(preset, preset_names())
-        )
+        if is_file:
+            hint = f"; did you mean '{preset}.toml'?"
+        else:
+            hint = did_you_mean(preset, preset_names())
         raise InputError(
             f"vehicle must be {allowed}, got {shown(preset)}{hint}",
             field="vehicle",

@@ -178,10 +178,8 @@ class Basin(Record):
         head = f"Basin of {self.name}: {m} by {m} attitudes, roll and pitch up to {span:g}°"
         if self.refusal:
             return f"{head}: refused before take-off: {self.refusal}"
-        cases, counts = (
-            self.cases,
-            [f"{count} {name}" for name, count in self.outcomes.items()],
-        )
+        cases = self.cases
+        counts = [f"{count} {name}" for name, count in self.outcomes.items()]
         rows = [
             (
                 "acceptable",

@@ -220,11 +220,9 @@ def wanted_attitude(
     norm = math.sqrt(n1 * n1 + n2 * n2 + n3 * n3) / math.sqrt(
         ax * ax + ay * ay + gravity * gravity
     )
-    forward, left, up = (
-        (cy * ax + sy * ay) * norm,
-        (cy * ay - sy * ax) * norm,
-        gravity * norm,
-    )
+    forward = (cy * ax + sy * ay) * norm
+    left = (cy * ay - sy * ax) * norm
+    up = gravity * norm
     across = hypot(n2, n3)
     roll = atan2(n2, n3) - math.asin(
         max(-1.0, min(1.0, left / across if across else 0.0))

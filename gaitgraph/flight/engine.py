@@ -257,11 +257,10 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
     mass, inertia, length = vehicle.require(
         "mass", "inertia", "arm_length", purpose="flight"
     )
-    arm = (
-        vehicle.arm_inertia
-        if vehicle.arm_inertia is not None
-        else _LIGHT * min(inertia)
-    )
+    if vehicle.arm_inertia is not None:
+        arm = vehicle.arm_inertia
+    else:
+        arm = _LIGHT * min(inertia)
     frames = _arm_frames(vehicle, length)
     hinges = [frame.hinge for frame in frames]
     farthest = max(math.hypot(*hinge) for hinge in hinges)
@@ -284,11 +283,9 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
         largest = max(range(3), key=body.__getitem__)
         body[largest] = min(body[largest], sum(body[:largest] + body[largest + 1 :]))
     if not _is_rigid(body):
-        of_arms = (
-            f" without {4 * arm:.4g} of each for four arms"
-            if vehicle.arm_inertia is not None
-            else ""
-        )
+        of_arms = ""
+        if vehicle.arm_inertia is not None:
+            of_arms = f" without {4 * arm:.4g} of each for four arms"
         raise InputError(
             f"inertia of vehicle {vehicle.name!r} must be three positive moments (kg m²), each at most the sum of the "
             f"others; {list(inertia)}{of_arms} is not that of a rigid body"

@@ -196,11 +196,9 @@ class FlightSettings(Record):
         """Return the time to fly a course [s]."""
         if self.duration is not None:
             return min(self.duration, course.duration)
-        return (
-            course.duration
-            if math.isfinite(course.duration)
-            else max(self.seconds, course.moving_period)
-        )
+        if math.isfinite(course.duration):
+            return course.duration
+        return max(self.seconds, course.moving_period)
 
     def arms_of(self, vehicle: VehicleLike) -> Arms:
         """Return which tilt angles the controller of a vehicle assumes.
@@ -559,9 +557,9 @@ class Flight(Pictured):
         if (
             timed.gait.request
         ):  # so that the gait can be planned again from the flight's file
-            timing = (
-                {"period": timed.period, "law": timed.law} if timed.law in LAWS else {}
-            )
+            timing = {}
+            if timed.law in LAWS:
+                timing = {"period": timed.period, "law": timed.law}
             about["request"] = {**timed.gait.request, **timing}
         return Table(
             columns={name: self.rows[:, k] for name, k in _AT.items()}, about=about

@@ -388,11 +388,9 @@ class Simulation:
 
 def _check_steps(course: Course, settings: FlightSettings) -> None:
     """Raise InputError if a flight takes too many steps of the engine, or a period too few."""
-    seconds, step, period = (
-        settings.seconds_of(course),
-        settings.step,
-        course.moving_period,
-    )
+    seconds = settings.seconds_of(course)
+    step = settings.step
+    period = course.moving_period
     if seconds / step > _MOST_STEPS:
         raise InputError(
             f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s",
@@ -482,9 +480,9 @@ def before_take_off(
     reasons become warnings.
     """
     timed, vehicle = course.timed, course.vehicle
-    thrust = (
-        (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None
-    )
+    thrust = None
+    if settings.saturation:
+        thrust = settings.thrust_limit or vehicle.max_thrust
     limited = vehicle.replace(
         max_thrust=thrust, max_tilt_rate=settings.servo_rate or vehicle.max_tilt_rate
     )
@@ -492,10 +490,8 @@ def before_take_off(
     forbidden, warnings = broken_rules(judged.check(), pulling=not settings.saturation)
     if isinstance(timed, RowTimedGait):
         if not timed.closed:
-            jump, last = (
-                np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0]),
-                timed.times[-1] - timed.times[-2],
-            )
+            jump = np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0])
+            last = timed.times[-1] - timed.times[-2]
             back = f"the {jump:.3g} rad from its last row back to the first are flown within {last:.3g} s"
             warnings.append(f"the table is not closed: {back}")
         if not timed.law_stated:

@@ -267,11 +267,10 @@ class Gait(Pictured):
 
     def __str__(self) -> str:
         low, high = float(self.R.min()), float(self.R.max())
-        signs = (
-            f"R {low:.3g} to {high:.3g} at its corners"
-            if len(self.alpha) > 1
-            else f"R {low:.3g}"
-        )
+        if len(self.alpha) > 1:
+            signs = f"R {low:.3g} to {high:.3g} at its corners"
+        else:
+            signs = f"R {low:.3g}"
         title = f"Gait, {self.color or 'off the surfaces'}: {self.size_text}, {signs}"
         return "\n".join([title, setting_line(self), "", *corner_lines(self)])
 
@@ -310,11 +309,10 @@ def lift(
         raise InputError(
             f"points must have the shape (n, 2) with n at least 1, got {plane.shape}"
         )
-    names = (
-        tuple(colors)
-        if isinstance(colors, Iterable) and not isinstance(colors, str)
-        else (colors,) * len(plane)
-    )
+    if isinstance(colors, Iterable) and not isinstance(colors, str):
+        names = tuple(colors)
+    else:
+        names = (colors,) * len(plane)
     if len(names) != len(plane) or not all(
         isinstance(name, str) and name in COLORS for name in names
     ):
@@ -415,10 +413,8 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     moves = np.abs(np.roll(points, -1, axis=0) - points).max(axis=1) > tolerance
     points = points[moves] if moves.any() else points[:1]
     n = len(points)
-    before, chord = (
-        np.roll(points, 1, axis=0),
-        np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0),
-    )
+    before = np.roll(points, 1, axis=0)
+    chord = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     share = ((points - before) * chord).sum(axis=1) / np.maximum(
         (chord**2).sum(axis=1), 1e-300
     )
@@ -476,11 +472,9 @@ def name_of(gait: Gait) -> str:
     for number in _LOOPS:
         known = paper_gait(number, gait.vehicle, gait.coefficients).alpha
         known = known[np.lexsort(known[:, 1::-1].round(3).T)]
-        eta = (
-            (rows * known)[:, 2:].sum() / (known[:, 2:] ** 2).sum()
-            if rows.shape == known.shape
-            else 0.0
-        )
+        eta = 0.0
+        if rows.shape == known.shape:
+            eta = (rows * known)[:, 2:].sum() / (known[:, 2:] ** 2).sum()
         if eta > 0 and np.allclose(rows, known * [1, 1, eta, eta], atol=2e-3):
             return f"Gait {number}" + (f" biased by {eta:.3g}" if eta < 0.998 else "")
     return f"{gait.color.capitalize()} gait" if gait.color else "Gait on neither sheet"

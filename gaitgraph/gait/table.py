@@ -313,9 +313,8 @@ def surface_of(
     about = table.about
     if vehicle is None:
         vehicle = vehicle_in_gait_file(about.get("vehicle", PAPER.name))
-        coefficients = (
-            about.get("coefficients") if coefficients is None else coefficients
-        )
+        if coefficients is None:
+            coefficients = about.get("coefficients")
     vehicle = vehicle_named(vehicle)
     tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
     checked_number("crossing_tolerance", tolerance, "a number ≥ 0 (rad)")

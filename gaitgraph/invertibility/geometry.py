@@ -304,18 +304,14 @@ def _best_thrusts(level: FloatArray) -> FloatArray:
     count = level.shape[
         1
     ]  # the unknowns are what each thrust is above the least, and the least
-    both, limits = (
-        np.column_stack([level, level.sum(axis=1)]),
-        [(0, None)] * count + [(None, 1)],
-    )
+    both = np.column_stack([level, level.sum(axis=1)])
+    limits = [(0, None)] * count + [(None, 1)]
     found = linprog(
         np.append(np.zeros(count), -1.0), A_eq=both, b_eq=[0, 0, 0, 1], bounds=limits
     ).x
-    return (
-        np.full(count, np.nan)
-        if found is None
-        else np.asarray(found[:count] + found[count])
-    )
+    if found is None:
+        return np.full(count, np.nan)
+    return np.asarray(found[:count] + found[count])
 
 
 def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:

@@ -266,11 +266,10 @@ def least_tilt_margin(
             fraction=fraction,
             reason=EVERYWHERE,
         )
-    touched = (
-        "the matrix is singular at every attitude, at this point only"
-        if alone
-        else "R vanishes there"
-    )
+    if alone:
+        touched = "the matrix is singular at every attitude, at this point only"
+    else:
+        touched = "R vanishes there"
     reason = "R changes its sign" if crossed else touched
     return LeastMargin(
         lower=0.0, upper=0.0, segment=segment, fraction=fraction, reason=reason
@@ -368,10 +367,8 @@ def least_singular_value_within(
     angles = tilt_angles(alpha)
     rows = angles.reshape(-1, 4)
     exact = coefficients_of(vehicle, "exact")
-    within, attitude = (
-        tilt_margin(rows, exact) > tilt,
-        nearest_singular_attitude(rows, exact),
-    )
+    within = tilt_margin(rows, exact) > tilt
+    attitude = nearest_singular_attitude(rows, exact)
     _, ahead, aside = _worst_on_rim(rows, tilt, vehicle)
     verticals = np.array(
         [
@@ -461,29 +458,21 @@ def _worst_on_rim(
     v = level.direction.at(sines)
     form, number = _characteristic(sines, level, v)
     # On the rim e4 to e1 are a number and the factors of cos 2t, sin 2t, cos t and sin t: shape (5, 4, m).
-    xx, yy, middle = (
-        rim**2 * form[:, 0, 0] / 2,
-        rim**2 * form[:, 1, 1] / 2,
-        height**2 * form[:, 2, 2] + number,
-    )
-    twice, once = (
-        rim**2 * form[:, 0, 1],
-        2 * rim * height * form[:, :2, 2].swapaxes(0, 1),
-    )
+    xx = rim**2 * form[:, 0, 0] / 2
+    yy = rim**2 * form[:, 1, 1] / 2
+    middle = height**2 * form[:, 2, 2] + number
+    twice = rim**2 * form[:, 0, 1]
+    once = 2 * rim * height * form[:, :2, 2].swapaxes(0, 1)
     forms = np.array([xx + yy + middle, xx - yy, twice, *once])
     # The first guess is the direction of the nearest singular attitude.
     size = np.hypot(v[0], v[1])
-    across, beyond, flat = (
-        np.where(v[2] < 0, size, -size),
-        rim * size >= height * np.abs(v[2]),
-        size == 0,
-    )
+    across = np.where(v[2] < 0, size, -size)
+    beyond = rim * size >= height * np.abs(v[2])
+    flat = size == 0
     c, s = np.where(flat, [[1.0], [0.0]], v[:2] / np.where(flat, 1.0, across))
-    best, squared, open_ = (
-        np.array([c, s]),
-        np.full(len(rows), np.inf),
-        np.arange(len(rows)),
-    )
+    best = np.array([c, s])
+    squared = np.full(len(rows), np.inf)
+    open_ = np.arange(len(rows))
     while open_.size:
         waves = np.array([np.ones(len(c)), c * c - s * s, 2 * c * s, c, s])
         _, e3, e2, e1 = np.einsum("ikm,im->km", forms, waves)
@@ -492,12 +481,10 @@ def _worst_on_rim(
         )
         tried = least_root(e1, e2, e3, value**2)
         better = tried < squared[open_] * (1 - 1e-12)
-        forms, v, tried, open_ = (
-            forms[:, :, better],
-            v[:, better],
-            tried[better],
-            open_[better],
-        )
+        forms = forms[:, :, better]
+        v = v[:, better]
+        tried = tried[better]
+        open_ = open_[better]
         squared[open_], best[:, open_] = tried, np.array([c, s])[:, better]
         _, *waves = forms[:, 0] - tried * (
             forms[:, 1] - tried * (forms[:, 2] - tried * forms[:, 3])
@@ -518,10 +505,8 @@ def _least_direction(
     """
     a = np.sqrt(A * A + B * B)
     large = np.sqrt((1 + np.abs(A) / np.maximum(a, _TINY)) / 2)
-    small, flat = (
-        np.where(a > 0, np.abs(B) / np.maximum(2 * a * large, _TINY), large),
-        A < 0,
-    )
+    small = np.where(a > 0, np.abs(B) / np.maximum(2 * a * large, _TINY), large)
+    flat = A < 0
     c1, s1 = np.where(flat, large, small), np.copysign(np.where(flat, small, large), -B)
     b, c = D * c1 + E * s1, E * c1 - D * s1
     a, across = 4 * a, np.abs(c)

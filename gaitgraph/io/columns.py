@@ -347,11 +347,10 @@ def column_of(name: str, given: Any) -> Any:
                 return flat
             texts = (flat.astype(np.str_) if kind == "S" else flat).tolist()
             return texts if kind == "O" or len(texts) != 1 else texts[0]
-        got = (
-            f"{values.dtype} of shape {values.shape}"
-            if given is values or values.ndim
-            else shown(given)
-        )
+        if given is values or values.ndim:
+            got = f"{values.dtype} of shape {values.shape}"
+        else:
+            got = shown(given)
     except (TypeError, ValueError):
         got = shown(given)
     raise InputError(f"{name} must be a column of numbers or of texts, got {got}")

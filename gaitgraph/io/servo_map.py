@@ -112,10 +112,8 @@ class Joint:
     linkage: Linkage | None = None
 
     def __post_init__(self) -> None:
-        must, is_pulses = (
-            partial(_must, self, f"joint {shown(self.name)}"),
-            self.unit == "us",
-        )
+        must = partial(_must, self, f"joint {shown(self.name)}")
+        is_pulses = self.unit == "us"
         must("name", _is_name(self.name), _NAME)
         must("unit", self.unit in get_args(Unit), "rad, deg, normalized or us")
         must("column", _is_name(self.column), _NAME)
@@ -222,11 +220,10 @@ class Joint:
 
     def value_of(self, tilt: Any) -> Any:
         """Return the values of the column, in its unit, at tilt angles α [rad], whatever the limits."""
-        turn = (
-            tilt
-            if self.linkage is None
-            else linked(self.linkage, tilt, to_servo=True)[0]
-        )
+        if self.linkage is None:
+            turn = tilt
+        else:
+            turn = linked(self.linkage, tilt, to_servo=True)[0]
         return self.at_zero + self.per_radian * (self.sign * turn + self.zero)
 
     def angle_of(self, value: Any) -> Any:
@@ -242,11 +239,10 @@ class Joint:
 
     def slope_at(self, tilt: Any) -> Any:
         """Return by what derivatives of the column exceed those of α, at tilt angles α [rad]."""
-        slope = (
-            1.0
-            if self.linkage is None
-            else linked(self.linkage, tilt, to_servo=True)[1]
-        )
+        if self.linkage is None:
+            slope = 1.0
+        else:
+            slope = linked(self.linkage, tilt, to_servo=True)[1]
         return self.sign * self.per_radian * slope
 
     def is_beyond(self, values: FloatArray) -> npt.NDArray[np.bool_]:
@@ -303,9 +299,10 @@ class ServoMap(Record):
             self.first_rotor_spin in (None, *get_args(Spin)),
             " or ".join(get_args(Spin)),
         )
-        turned = (
-            0.0 if self.first_arm_angle is None else number_of(self.first_arm_angle)
-        )
+        if self.first_arm_angle is None:
+            turned = 0.0
+        else:
+            turned = number_of(self.first_arm_angle)
         must("first_arm_angle", math.isfinite(turned), "a finite angle (rad)")
         must("joints", isinstance(self.joints, tuple), "a tuple of joints")
         for what, names in (
@@ -373,11 +370,9 @@ class ServoMap(Record):
         A vehicle whose first arm points forward, as the paper's, fits any map: turning the arms changes no determinant.
         """
         vehicle = vehicle_named(vehicle)
-        who, spin, turned = (
-            f"servos {self.name!r}: vehicle",
-            vehicle.first_rotor_spin,
-            vehicle.first_arm_angle,
-        )
+        who = f"servos {self.name!r}: vehicle"
+        spin = vehicle.first_rotor_spin
+        turned = vehicle.first_arm_angle
         if self.first_rotor_spin not in (None, spin):
             fit = ", ".join(
                 name
@@ -529,11 +524,10 @@ def _is_name(value: object) -> bool:
 
 def _pair(value: object) -> tuple[float, float]:
     """Return a pair of numbers, or (1, 0), which no limits can be."""
-    low, high = (
-        map(number_of, value)
-        if isinstance(value, tuple) and len(value) == 2
-        else (1.0, 0.0)
-    )
+    if isinstance(value, tuple) and len(value) == 2:
+        low, high = map(number_of, value)
+    else:
+        low, high = (1.0, 0.0)
     return low, high
 
 

@@ -325,9 +325,9 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         if isinstance(about.get("request"), dict):
             return _of_gait_file(about["request"])
         maker = about.get("made_by")
-        why = (
-            f" (it was made by {shown(maker)[1:-1]})" if isinstance(maker, str) else ""
-        )
+        why = ""
+        if isinstance(maker, str):
+            why = f" (it was made by {shown(maker)[1:-1]})"
         raise InputError(
             f"the file must hold a request, as gait files of plan do, got none{why}"
         )
@@ -342,11 +342,9 @@ def _of_gait_file(request: dict[str, Any]) -> dict[str, Any]:
 
 def _kind_of_file(path: str | Path) -> str:
     """Return what messages call a file."""
-    return (
-        "request file"
-        if Path(path).suffix.lower() in (".toml", ".json")
-        else "gait file"
-    )
+    if Path(path).suffix.lower() in (".toml", ".json"):
+        return "request file"
+    return "gait file"
 
 
 def colorings_of_file(
@@ -369,18 +367,14 @@ def colorings_of_file(
             path, {name: value for name, value in given.items() if value is not None}
         )
         points: Any = request.waypoints
-        numbers, sign = (
-            coefficients_of(request.vehicle, request.coefficients),
-            request.sign,
-        )
+        numbers = coefficients_of(request.vehicle, request.coefficients)
+        sign = request.sign
         stated_tolerance = math.pi / (2 * request.divisions)
     elif str(path) in PAPER_GAITS:
         gait = gait_of(path, vehicle=vehicle, coefficients=coefficients)
-        points, numbers, stated_tolerance = (
-            gait.alpha,
-            gait.coefficients,
-            gait.crossing_tolerance,
-        )
+        points = gait.alpha
+        numbers = gait.coefficients
+        stated_tolerance = gait.crossing_tolerance
     else:
         table = unchecked_table(path, plane_only=True)
         with naming_file(path):

@@ -339,11 +339,10 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
     """
     ax = base.axes_or_new(ax)
     _draw(ax, shown, legend=True)
-    title = (
-        shown.verdict
-        if isinstance(shown, Report)
-        else str(shown).partition("\n")[0].rstrip(":")
-    )
+    if isinstance(shown, Report):
+        title = shown.verdict
+    else:
+        title = str(shown).partition("\n")[0].rstrip(":")
     ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 76), fontsize=9)
     return ax
 
@@ -590,11 +589,10 @@ def _draw_region(
         if vehicle is not None:
             inside = part.representative_point()
             positive = red_label(inside.x, inside.y, vehicle).prod() > 0
-            face, label = (
-                (base.POSITIVE, f"{use}, $R>0$")
-                if positive
-                else (base.NEGATIVE, f"{use}, $R<0$")
-            )
+            if positive:
+                face, label = (base.POSITIVE, f"{use}, $R>0$")
+            else:
+                face, label = (base.NEGATIVE, f"{use}, $R<0$")
         named = "_" if label in labels else label
         labels.add(label)
         ax.add_patch(

@@ -451,11 +451,10 @@ def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
     x, y = offset[np.argmax(np.sum(offset**2, axis=1))]
     along, beside = offset @ [x, y], offset @ [-y, x]
     thin = np.abs(beside).max() <= _THIN * along.max()
-    index = (
-        np.unique([np.argmin(along), np.argmax(along)])
-        if thin
-        else np.asarray(ConvexHull(points).vertices)
-    )
+    if thin:
+        index = np.unique([np.argmin(along), np.argmax(along)])
+    else:
+        index = np.asarray(ConvexHull(points).vertices)
     index = np.roll(index, -int(np.argmax(index == 0)))  # the horizon counts first
     kept = [index[0]]
     for k in index[1:]:
@@ -492,11 +491,10 @@ def _ring_of(rays: FloatArray, sag: float = _SAG) -> FloatArray:
     turn = np.arctan2(
         np.sum(corners * along, axis=1), np.sum(corners * starts, axis=1)
     ) % (2 * math.pi)
-    turn = (
-        np.where(turn > 1.5 * math.pi, 0.0, turn)
-        if len(rays) > 2
-        else np.full(2, math.pi)
-    )
+    if len(rays) > 2:
+        turn = np.where(turn > 1.5 * math.pi, 0.0, turn)
+    else:
+        turn = np.full(2, math.pi)
     curved = len(rays) - horizon.size
     points = _arcs(starts[:curved], along[:curved], turn[:curved], sag)
     border = _border(starts[-1], float(turn[-1])) if horizon.size else points[:0]

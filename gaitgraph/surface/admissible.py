@@ -107,10 +107,8 @@ def sign_region(
     0.0
     """
     (wanted,), accuracy = _checked_signs(color, sign), checked_accuracy(accuracy)
-    vehicle, least = (
-        vehicle_named(vehicle),
-        0.0 if least is None else checked_number("least", least),
-    )
+    vehicle = vehicle_named(vehicle)
+    least = 0.0 if least is None else checked_number("least", least)
     if color == "red":
         judged = coefficients_of(vehicle, "exact")
         pair = _red_sign(wanted, vehicle, accuracy)
@@ -205,10 +203,8 @@ def _none_on_blue(vehicle: Vehicle, accuracy: float) -> Region:
     name = "an invertible decoupling matrix"
     reason = "on blue the decoupling matrix is singular in exact physics: use red"
     if vehicle.has_raised_rotors:
-        name, reason = (
-            "a vertical zero-moment direction",
-            f"blue is no gait surface {RAISED} {vehicle.heights_in_words}",
-        )
+        name = "a vertical zero-moment direction"
+        reason = f"blue is no gait surface {RAISED} {vehicle.heights_in_words}"
     return region_of(
         _NOWHERE,
         accuracy,

@@ -71,18 +71,15 @@ class CosineSum:
     terms: FloatArray
 
     def __add__(self, other: CosineSum | float) -> CosineSum:
-        rest = (
-            other.terms
-            if isinstance(other, CosineSum)
-            else np.array([[other, 0.0, 0.0, 0.0]])
-        )
+        if isinstance(other, CosineSum):
+            rest = other.terms
+        else:
+            rest = np.array([[other, 0.0, 0.0, 0.0]])
         return CosineSum(np.vstack([self.terms, rest]))
 
     def __mul__(self, other: CosineSum) -> CosineSum:
-        one, two = (
-            np.repeat(self.terms, len(other.terms), axis=0),
-            np.tile(other.terms, (len(self.terms), 1)),
-        )
+        one = np.repeat(self.terms, len(other.terms), axis=0)
+        two = np.tile(other.terms, (len(self.terms), 1))
         size = one[:, :1] * two[:, :1] / 2
         parts = [
             np.hstack([size, one[:, 1:] + two[:, 1:]]),

@@ -252,11 +252,10 @@ class Colorings:
         for sign, count in self.counts.items():
             if count:
                 plain = self.plain[sign]
-                mixed = (
-                    ""
-                    if len(plain) == count
-                    else " (those that change color jump between the sheets)"
-                )
+                if len(plain) == count:
+                    mixed = ""
+                else:
+                    mixed = " (those that change color jump between the sheets)"
                 all_of = f", all {' or all '.join(plain)}" if plain else ""
                 parts.append(
                     f"{_count_as_text(count)} with {sheets.RELATION[sign]}{all_of}{mixed}"

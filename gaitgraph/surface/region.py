@@ -245,14 +245,13 @@ class Region(Pictured):
 
     def __str__(self) -> str:
         count = len(self.components)
-        borders = (
-            f"borders to {self.accuracy:.3g} rad" if self.accuracy else "exact borders"
-        )
-        size = (
-            f"{self.area:.4g} rad² in {count} component{'s' * (count > 1)}, {borders}"
-            if count
-            else "empty"
-        )
+        if self.accuracy:
+            borders = f"borders to {self.accuracy:.3g} rad"
+        else:
+            borders = "exact borders"
+        size = "empty"
+        if count:
+            size = f"{self.area:.4g} rad² in {count} component{'s' * (count > 1)}, {borders}"
         lines = [f"Region of the (α1, α2) plane: {size}"]
         rows = []
         for number, part in enumerate(self.components[:_MOST_LISTED], start=1):
@@ -318,11 +317,9 @@ def polygons_of(shape: BaseGeometry) -> MultiPolygon:
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> Polygon:
     """Return a rectangle, empty unless it has an inside."""
-    return (
-        shapely.box(left, bottom, right, top)
-        if left < right and bottom < top
-        else shapely.Polygon()
-    )
+    if left < right and bottom < top:
+        return shapely.box(left, bottom, right, top)
+    return shapely.Polygon()
 
 
 def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:

@@ -432,16 +432,12 @@ def root_arrays(
     on_sheet, *angles = (np.broadcast_to(part, exist.shape)[exist] for part in parts)
     points, count = np.array(angles).T, exist.sum(axis=(-2, -1))
     taken = np.arange(_MOST_ROOTS) < count[..., None]
-    alpha, R, sheet = (
-        np.full((*taken.shape, 4), np.nan),
-        np.full(taken.shape, np.nan),
-        np.zeros(taken.shape, np.int8),
-    )
-    alpha[taken], R[taken], sheet[taken] = (
-        points,
-        level_determinant(points, coefficients),
-        on_sheet,
-    )
+    alpha = np.full((*taken.shape, 4), np.nan)
+    R = np.full(taken.shape, np.nan)
+    sheet = np.zeros(taken.shape, np.int8)
+    alpha[taken] = points
+    R[taken] = level_determinant(points, coefficients)
+    sheet[taken] = on_sheet
     on_red = np.stack(
         np.broadcast_arrays(
             *types_of("red", first, second, coefficients, crossing_tolerance)

@@ -768,11 +768,13 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
             made["rounding"] = timed.stated_rounding
     if gait.request:
         # Requests know the built-in laws only.
-        timing = (
-            {"period": timed.period, "law": timed.law, "samples": timed.samples}
-            if by_law
-            else {}
-        )
+        timing = {}
+        if by_law:
+            timing = {
+                "period": timed.period,
+                "law": timed.law,
+                "samples": timed.samples,
+            }
         made["request"] = {**gait.request, **timing}
     made |= about or {}
     whole = Table(columns=timed.columns, about=made)
