@@ -869,7 +869,7 @@ def test_the_program_answers_by_its_exit_code_and_a_line_for_each_claim(
     wrong = with_claim(only(document, "tilt"), "tilt", ["0"] * 4, "at_most")
     path.write_text(json.dumps(wrong))
     assert run_alone(path)[0] == 1
-    refused: list[Any] = [(), (path, table, path), (tmp_path / "none.json",), (table,)]
+    refused: list[Any] = [(), (path, table, path), (tmp_path / "none.json",)]
     for arguments in refused:
         code, out, err = run_alone(*arguments)
         assert (code, out, len(err.splitlines())) == (2, "", 1)

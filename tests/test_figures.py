@@ -158,8 +158,8 @@ def test_gaits_of_another_vehicle_have_one_reading(name: str) -> None:
 
 
 def test_a_gait_has_a_set_of_its_own(run: Any, folder: Path) -> None:
-    result = run("figures", "gait4", "--format", "png")
-    stated = f"wrote {Path('figures', 'figure_set.png')}: The set of a gait"
+    result = run("figures", "gait4", "--format", "svg")
+    stated = f"wrote {Path('figures', 'figure_set.svg')}: The set of a gait"
     assert result.out.strip() == stated
     loop, _, thrusts, attitudes, value = draw("set", gait="gait4").axes
     curves = [np.asarray(line.get_ydata()) for line in thrusts.lines[:4]]
@@ -270,8 +270,8 @@ def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
     gait = gg.lift(GAITS[2].angles, "red")
     gait.parametrize(law="constant-speed").write("gait3.csv")
     command = ("compare", "gait1", "gait3.csv", "--period", "2")
-    result = run(*command, "--output", "both.png", "--json")
-    assert (result.code, result.err, result.json["outputs"]) == (0, "", ["both.png"])
+    result = run(*command, "--output", "both.svg", "--json")
+    assert (result.code, result.err, result.json["outputs"]) == (0, "", ["both.svg"])
     blue, red = result.json["gaits"]
     timed = gait.parametrize(2.0, law="constant-speed")
     alpha = timed.at(np.arange(0, 2, 1 / 64)).alpha

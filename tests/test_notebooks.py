@@ -11,10 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-nbformat = pytest.importorskip("nbformat", reason="install the extra 'dev'")
-nbclient = pytest.importorskip("nbclient", reason="install the extra 'dev'")
-pytest.importorskip("ipykernel", reason="install the extra 'dev'")
-
 pytestmark = pytest.mark.slow
 
 if TYPE_CHECKING:
@@ -65,8 +61,14 @@ IPYTHON = (
 
 
 @pytest.fixture(scope="module")
+def nbformat() -> Any:
+    return pytest.importorskip("nbformat", reason="install the extra 'dev'")
+
+
+@pytest.fixture(scope="module")
 def kernel() -> Iterator[Any]:
     """A kernel for all notebooks; its sockets are files, in a folder of a short name as sockets want it."""
+    pytest.importorskip("ipykernel", reason="install the extra 'dev'")
     from jupyter_client.manager import KernelManager
 
     folder = tempfile.mkdtemp(prefix="k")
@@ -87,7 +89,10 @@ def kernel() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_notebooks_run_and_show_what_they_state(name: str, kernel: Any) -> None:
+def test_notebooks_run_and_show_what_they_state(
+    name: str, kernel: Any, nbformat: Any
+) -> None:
+    nbclient = pytest.importorskip("nbclient", reason="install the extra 'dev'")
     if name == "export_to_ros2":
         pytest.importorskip("rosbags", reason="install the extra 'ros'")
     notebook = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
@@ -110,7 +115,7 @@ def test_notebooks_run_and_show_what_they_state(name: str, kernel: Any) -> None:
     assert pages.keys() == PAGES[name].keys()
 
 
-def test_notebooks_are_stored_clean() -> None:
+def test_notebooks_are_stored_clean(nbformat: Any) -> None:
     paths = list(FOLDER.glob("*.ipynb"))
     assert {path.stem for path in paths} == PAGES.keys()
     for path in paths:

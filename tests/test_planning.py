@@ -38,7 +38,11 @@ RED_BELOW: dict[str, Any] = {"color": "red", "sign": "negative"}
 WALL = [(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)]
 FENCE = [(0.5, -2.0), (0.7, -2.0), (0.7, 2.0), (0.5, 2.0)]
 angle = st.floats(-1.57, 1.57)
-methods = pytest.mark.parametrize("method", ["grid", "exact"])
+methods = pytest.mark.parametrize(
+    "method",
+    [{"method": "grid", "divisions": 12}, {"method": "exact"}],
+    ids=["grid", "exact"],
+)
 
 
 def pairs(text: str) -> list[tuple[str, ...]]:
@@ -130,7 +134,7 @@ def test_beyond_nine_waypoints_the_order_is_approximate() -> None:
 
 @methods
 def test_a_flyable_detour_beats_a_shorter_valid_loop(method: Any) -> None:
-    asked: Any = {"floor": 0.9, "vehicle": STRONG, "method": method, **RED_BELOW}
+    asked: Any = {"floor": 0.9, "vehicle": STRONG, **method, **RED_BELOW}
     plan = gg.plan_loop(ACROSS, require="valid", **asked)
     (straight,) = plan.alternatives
     assert plan.report.flyable
@@ -171,10 +175,10 @@ def test_what_only_the_clock_forbids_beats_what_physics_forbids() -> None:
 def test_flyable_then_the_objective_then_red_then_positive_is_first(
     text: str, options: Any, order: str, method: Any
 ) -> None:
-    plan = gg.plan_loop(pairs(text), method=method, require="valid", **options)
+    plan = gg.plan_loop(pairs(text), require="valid", **method, **options)
     loops = [loop_of(plan), *plan.alternatives]
     # On a side of the square the exact method has one of both.
-    assert order.startswith(", ".join(map(short, loops))) or method == "exact"
+    assert order.startswith(", ".join(map(short, loops))) or "divisions" not in method
     assert {*map(short, loops)} <= {*order.split(", ")}
 
 
@@ -183,7 +187,7 @@ def test_flyable_then_the_objective_then_red_then_positive_is_first(
 def test_R_has_the_sign_that_is_asked_for(method: Any, second: float) -> None:
     """On a side of the square both signs have a root, with opposite rotors tilted alike or against each other."""
     for sign, wanted in (("positive", 1.0), ("negative", -1.0)):
-        asked: Any = {"color": "red", "sign": sign, "method": method}
+        asked: Any = {"color": "red", "sign": sign, **method}
         for require in ("flyable", "valid"):
             plan = gg.plan_loop([(pi / 2, second)], require=require, **asked)
             assert not plan or (wanted * plan.gait.R > 0).all()
@@ -265,7 +269,7 @@ def R_on_sheet(refusal: Refusal, point: tuple[float, float]) -> float:
 def test_each_branch_without_a_loop_says_what_is_in_its_way(
     text: str, options: Any, refusals: str, obstacle: str, method: Any
 ) -> None:
-    plan = gg.plan_loop(pairs(text), method=method, require="valid", **options)
+    plan = gg.plan_loop(pairs(text), require="valid", **method, **options)
     assert (plan.status, bool(plan)) == ("infeasible", False)
     told = [" ".join([short(one), *map(str, one.waypoints)]) for one in plan.refusals]
     assert sorted(told) == sorted(refusals.split(", "))
@@ -274,7 +278,7 @@ def test_each_branch_without_a_loop_says_what_is_in_its_way(
         assert refusal.kind == ("color", "waypoint", "separated")[count]
         assert refusal.message in str(plan.reason)
         assert obstacle in refusal.message
-        assert bool(refusal.components) is (count == 2 and method == "grid")
+        assert bool(refusal.components) is (count == 2 and "divisions" in method)
         for number in refusal.waypoints:
             assert str(number) in refusal.message
         if refusal.kind == "waypoint":
@@ -311,7 +315,7 @@ NOT_FLYABLE: list[tuple[Any, dict[str, Any], str, list[str]]] = [
 def test_only_what_can_fly_is_handed_out_and_the_rest_is_an_alternative(
     points: Any, options: Any, kinds: str, others: list[str], method: Any
 ) -> None:
-    asked: Any = {"method": method, **options}
+    asked: Any = {**method, **options}
     plan = gg.plan_loop(points, **asked)
     assert not plan
     assert " ".join(refusal.kind for refusal in plan.refusals) == kinds

@@ -112,11 +112,11 @@ def red(points: Any) -> FloatArray:
 def points_near(region: Region, seed: int) -> FloatArray:
     """Return points all over the square, and on both sides of the borders at distances from 1e-7 to 1e-3."""
     rng = np.random.default_rng(seed)
-    points = [rng.uniform(-HALF_PI, HALF_PI, (4000, 2))]
+    points = [rng.uniform(-HALF_PI, HALF_PI, (1500, 2))]
     for shape in (region.inner, region.outer):
         corners = shapely.get_coordinates(shape)
         for distance in (1e-7, 1e-6, 1e-5, 1e-3) if len(corners) else ():
-            some = corners[rng.integers(len(corners), size=400)]
+            some = corners[rng.integers(len(corners), size=200)]
             points.append(some + distance * rng.normal(size=some.shape))
     return np.clip(np.vstack(points), -HALF_PI, HALF_PI)
 
