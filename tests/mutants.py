@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import copy
 import os
 import random
 import shutil
@@ -23,7 +22,7 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -107,19 +106,21 @@ def change(node: ast.AST) -> bool:
     return True
 
 
-def mutants(module: Path) -> list[Mutant]:
-    """Return all mutants of a module."""
+def places(module: Path) -> list[tuple[Path, int]]:
+    """Return a module with the number of each of its nodes that can be changed."""
     tree = ast.parse(module.read_text(encoding="utf-8"))
-    changed = []
-    for number, node in enumerate(nodes(tree)):
-        if not change(copy.deepcopy(node)):
-            continue
-        other = copy.deepcopy(tree)
-        twin = list(nodes(other))[number]
-        change(twin)
-        what = f"{module}:{node.lineno}: {ast.unparse(node)} -> {ast.unparse(twin)}"  # type: ignore[attr-defined]
-        changed.append(Mutant(module, what, ast.unparse(other)))
-    return changed
+    # A changed node has as many children as before.
+    return [(module, k) for k, node in enumerate(nodes(tree)) if change(node)]
+
+
+def mutant_of(module: Path, number: int) -> Mutant:
+    """Return a module with its node of a number changed."""
+    tree = ast.parse(module.read_text(encoding="utf-8"))
+    node: Any = list(nodes(tree))[number]
+    before = ast.unparse(node)
+    change(node)
+    what = f"{module}:{node.lineno}: {before} -> {ast.unparse(node)}"
+    return Mutant(module, what, ast.unparse(tree))
 
 
 def survives(mutant: Mutant, tests: list[str]) -> bool:
@@ -182,17 +183,18 @@ def main() -> None:
     modules = (
         sorted(options.code.rglob("*.py")) if options.code.is_dir() else [options.code]
     )
-    chosen = [mutant for module in modules for mutant in mutants(module)]
+    chosen = [place for module in modules for place in places(module)]
     if options.count:
         chosen = random.Random(options.seed).sample(
             chosen, min(options.count, len(chosen))
         )
+    changed = [mutant_of(*place) for place in chosen]
     if not survives(Mutant(options.code, "none", ""), options.tests):
         sys.exit("The tests must pass before anything is changed.")
     survivors = 0
     with ThreadPoolExecutor(options.jobs) as pool:
-        verdicts = pool.map(partial(survives, tests=options.tests), chosen)
-        for mutant, alive in zip(chosen, verdicts, strict=True):
+        verdicts = pool.map(partial(survives, tests=options.tests), changed)
+        for mutant, alive in zip(changed, verdicts, strict=True):
             if alive:
                 print(f"survived: {mutant.change}", flush=True)
                 survivors += 1
