@@ -27,13 +27,17 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.mutated import changed
-from tests.samples import symmetric_vehicle
+from tests.samples import LEANING, symmetric_vehicle
 
 F = Fraction
 CHECKER = Path(check.__file__)
 ONE = check.ONE
 RAISED = PAPER.replace(rotor_height=0.05, first_rotor_spin="counterclockwise")
-VEHICLES = [PAPER, RAISED, symmetric_vehicle(np.random.default_rng(4))]
+# Its R would be negative at α = 0 with the sign of the drag of rotor 1.
+TURNED = LEANING.replace(
+    spins=["counterclockwise", "clockwise", "clockwise", "counterclockwise"]
+)
+VEHICLES = [PAPER, RAISED, symmetric_vehicle(np.random.default_rng(4)), TURNED]
 POINTS = [[0.4, -0.7, 0.4, -0.7], [0.3, 0.5, 0.25, 0.55], [-0.9, 1.1, -0.9, 1.1]]
 ZERO, TINY = F(0), F(1, 10**9)
 
@@ -166,7 +170,7 @@ def test_wrenches_of_a_vehicle_of_exact_lengths() -> None:
     length = F(15, 2)
     for spin, word in ((1, "clockwise"), (-1, "counterclockwise")):
         vehicle["first_rotor_spin"] = word
-        assert check.spin_of(vehicle) == spin
+        assert check.drag_signs(vehicle) == [spin, -spin, spin, -spin]
         for k, pair in enumerate(check.wrenches_of(vehicle)):
             x, y, z = vehicle["rotor_positions"][k]
             ahead, aside = x / (5 * (1 + k % 2)), y / (5 * (1 + k % 2))
@@ -184,6 +188,85 @@ def test_wrenches_of_a_vehicle_of_exact_lengths() -> None:
     vehicle["rotor_positions"][0] = [F(0), F(0), F(1)]
     with pytest.raises(ValueError, match="rotor_positions must be off body z"):
         check.wrenches_of(vehicle)
+
+
+def test_wrenches_with_axes_of_their_own_are_enclosed() -> None:
+    """Axes need not be unit vectors, nor the thrust axis across the tilt axis."""
+    words = {1: "clockwise", -1: "counterclockwise"}
+    places = [[3, 4, 1], [-8, 6, -2], [-3, -4, 1], [8, -6, -2]]
+    tilts = [[3, 4, 1], [-1, 2, 2], [-9, -11, 4], [5, -3, F(-1, 7)]]
+    thrusts = [[1, F(1, 3), 5], [0, 1, 8], [2, 2, 7], [F(1, 9), 0, -1]]
+    signs, drags = [1, 1, -1, 1], [3, 6, 1, 2]
+    vehicle = {
+        "spins": [words[sign] for sign in signs],
+        "tilt_axes": [list(map(F, axis)) for axis in tilts],
+        "thrust_axes": [list(map(F, axis)) for axis in thrusts],
+        "rotor_positions": [list(map(F, place)) for place in places],
+        "drag_to_thrust": list(map(F, drags)),
+    }
+    assert check.drag_signs(vehicle) == signs
+    with mpmath.workprec(300):
+        for k, pair in enumerate(check.wrenches_of(vehicle)):
+            place, tilt, thrust = (
+                mpmath.matrix(
+                    [mpmath.mpf(F(x).numerator) / F(x).denominator for x in row]
+                )
+                for row in (places[k], tilts[k], thrusts[k])
+            )
+            tilt /= mpmath.norm(tilt)
+            thrust -= (tilt.T * thrust)[0] * tilt
+            thrust /= mpmath.norm(thrust)
+            for wrench, force in zip(
+                pair, (thrust, crossed(tilt, thrust)), strict=True
+            ):
+                moment = crossed(place, force) + signs[k] * drags[k] * force
+                exact = [*(moment / 7.5), force[2], force[0], force[1]]
+                for entry, value in zip(wrench, exact, strict=True):
+                    assert entry.low <= value * ONE <= entry.high
+                    assert entry.high - entry.low < 50
+    vehicle["thrust_axes"][1] = [F(1), F(-2), F(-2)]
+    with pytest.raises(ValueError, match="thrust_axes must be across tilt_axes"):
+        check.wrenches_of(vehicle)
+
+
+def crossed(a: Any, b: Any) -> Any:
+    """Return the cross product of matrices of mpmath, which count from the start alone."""
+    ahead, aside = (1, 2, 0), (2, 0, 1)
+    pairs = zip(ahead, aside, strict=True)
+    return mpmath.matrix([a[i] * b[j] - a[j] * b[i] for i, j in pairs])
+
+
+@pytest.mark.parametrize("vehicle", [PAPER, LEANING])
+def test_R_has_the_sign_that_the_package_gives_it(vehicle: Vehicle) -> None:
+    """Positive at zero tilt, or with the sign of the first drag where it is zero there, as for PAPER with two spins."""
+    curves = [[F(1, 3)], [F(-1, 5)], [F(1, 7)], [F(-2, 5)]]
+    alpha = np.array(curves, dtype=float)[:, 0]
+    turned = 0
+    for spins in product(("clockwise", "counterclockwise"), repeat=4):
+        own = vehicle.replace(spins=list(spins))
+        level = level_of_checker(own)
+        R = zero_moment_direction(alpha, own)[2]
+        arc = check.Arc(level, curves, F(0), F(0))
+        sign = "positive" if R > 0 else "negative"
+        assert all(part.low > 0 for part in check.sign_of_R(arc, {"sign": sign}))
+        turned += level.sign != check.drag_signs(stated_vehicle(own))[0]
+    assert turned > 1
+
+
+def test_R_is_nearly_zero_up_to_a_share_of_the_size_of_its_table(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for upright, sign in ((-9, 1), (-10, 1), (-11, -1), (11, 1)):
+        lifts = iter([upright, 10**13 - 1, *[0] * 14])
+
+        def hover(_: Any, lifts: Any = lifts) -> list[check.Enclosure]:
+            lift = next(lifts)
+            return [check.NONE] * 4 + [check.Enclosure(lift, lift)] + [check.NONE] * 2
+
+        monkeypatch.setattr(check, "hover", hover)
+        level = level_of_checker(PAPER)
+        assert level.sizes[4] == 10**13
+        assert level.sign == sign
 
 
 def test_thrusts_without_moment_are_exact_on_whole_numbers() -> None:
@@ -454,7 +537,7 @@ def with_claim(
 
 
 @pytest.mark.parametrize(
-    ("vehicle", "smooth"), [*zip(VEHICLES, (True, False, True), strict=True)]
+    ("vehicle", "smooth"), [*zip(VEHICLES, (True, False, True, True), strict=True)]
 )
 def test_true_claims_are_proved_and_false_ones_are_not(
     vehicle: Vehicle, smooth: bool

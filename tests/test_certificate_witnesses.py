@@ -49,20 +49,33 @@ class Certificate:
         document = json.loads(text)
         vehicle, pieces = document["vehicle"], document["pieces"]
         self.claims, self.is_open = document["claims"], document["path"] == "open"
-        self.spin = 1 if vehicle["first_rotor_spin"] == "clockwise" else -1
+        words = vehicle.get("spins") or [vehicle["first_rotor_spin"]]
+        spins = [1 if word == "clockwise" else -1 for word in words]
+        if len(spins) == 1:
+            spins = [spins[0], -spins[0]] * 2
         places = [list(map(exact, place)) for place in vehicle["rotor_positions"]]
         lengths = [arb(x * x + y * y).sqrt() for x, y, _ in places]
         mean = sum(lengths, arb(0)) / 4
-        self.axes = [
-            (arb(x) / length, arb(y) / length)
-            for (x, y, _), length in zip(places, lengths, strict=True)
-        ]
+        outward = [(x, y, fmpq(0)) for x, y, _ in places]
+        self.axes = []  # tilt axes and thrust axes at zero tilt
+        for tilt, thrust in zip(
+            stated_axes(vehicle, "tilt_axes") or outward,
+            stated_axes(vehicle, "thrust_axes") or [(0, 0, 1)] * 4,
+            strict=True,
+        ):
+            share = dotted(tilt, thrust) / dotted(tilt, tilt)
+            across = [a - share * e for a, e in zip(thrust, tilt, strict=True)]
+            self.axes.append((unit(tilt), unit(across)))
         self.places = [[arb(part) / mean for part in place] for place in places]
-        spins = (self.spin, -self.spin, self.spin, -self.spin)
         self.drags = [
             arb(exact(drag) * spin) / mean
             for drag, spin in zip(vehicle["drag_to_thrust"], spins, strict=True)
         ]
+        axes, torques = in_space(self, [arb(0)] * 4)
+        lift = dotted(without_torque(torques), [n[2] for n in axes])
+        self.sign = spins[0]  # of the lift where R > 0
+        if lift * spins[0] < -1e-11:  # R would be negative at zero tilt
+            self.sign = -spins[0]
         self.durations = [exact(piece["duration"]) for piece in pieces]
         # Of each piece the angles, rates, accelerations and jerks by the share of its duration.
         self.motion = []
@@ -101,6 +114,48 @@ class Certificate:
         return [[q] for q in positive]
 
 
+def stated_axes(vehicle: dict[str, Any], name: str) -> list[Any] | None:
+    axes = vehicle.get(name)
+    return axes and [list(map(exact, axis)) for axis in axes]
+
+
+def dotted(a: Any, b: Any) -> Any:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def unit(vector: Any) -> list[Any]:
+    length = arb(dotted(vector, vector)).sqrt()
+    return [arb(part) / length for part in vector]
+
+
+def crossed(a: Any, b: Any) -> Any:
+    return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
+
+
+def in_space(it: Certificate, alpha: list[Any]) -> tuple[list[Any], list[Any]]:
+    """Return the directions of the thrusts, cos α a + sin α e×a, and the torques r×n + σκn."""
+    axes, torques = [], []
+    for a, (tilt, thrust), place, drag in zip(
+        alpha, it.axes, it.places, it.drags, strict=True
+    ):
+        s, c = a.sin(), a.cos()
+        turned = crossed(tilt, thrust)
+        n = [c * u + s * v for u, v in zip(thrust, turned, strict=True)]
+        axes.append(n)
+        arms = crossed(place, n)
+        torques.append([arm + drag * part for arm, part in zip(arms, n, strict=True)])
+    return axes, torques
+
+
+def without_torque(torques: list[Any]) -> list[Any]:
+    """Return thrusts that make no torque."""
+    free = []
+    for i in range(4):
+        a, b, c = torques[:i] + torques[i + 1 :]
+        free.append(dotted(a, crossed(b, c)) * (-1) ** (i + 1))
+    return free
+
+
 def everywhere(holds: Any, piece: Any, low: Any, width: Any, depth: int = 50) -> bool:
     """Return whether something is shown of a piece on all of [low, low + width], halved where that helps."""
     if holds(piece, low, width):
@@ -128,17 +183,7 @@ def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
         for side in ("at_least", "at_most", "tilt")
         if side in claim
     ]
-    axes, torques = [], []
-    for a, (ex, ey), (x, y, h), drag in zip(
-        alpha, it.axes, it.places, it.drags, strict=True
-    ):
-        s, c = a.sin(), a.cos()
-        n = (s * ey, -s * ex, c)  # cos α z + sin α e×z
-        axes.append(n)
-        roll, pitch = y * c - h * n[1], h * n[0] - x * c
-        torques.append(
-            (roll + drag * n[0], pitch + drag * n[1], x * n[1] - y * n[0] + drag * c)
-        )  # r×n + σκn
+    axes, torques = in_space(it, alpha)
     if name == "least_singular_value":
         columns = [(*torque, n[2]) for torque, n in zip(torques, axes, strict=True)]
         gram = [
@@ -153,14 +198,10 @@ def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
                     x - share * y for x, y in zip(gram[i], gram[row], strict=True)
                 ]
         return [gram[i][i] for i in range(4)]
-    free = []  # thrusts without torque
-    for i in range(4):
-        a, b, c = torques[:i] + torques[i + 1 :]
-        minor = a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1])
-        free.append((minor + c[0] * (a[1] * b[2] - a[2] * b[1])) * (-1) ** (i + 1))
+    free = without_torque(torques)
     x, y, z = (sum(u * n[j] for u, n in zip(free, axes, strict=True)) for j in range(3))
     if name == "sign_of_R":
-        return [z * it.spin * {"positive": 1, "negative": -1}[claim["sign"]]]
+        return [z * it.sign * {"positive": 1, "negative": -1}[claim["sign"]]]
     if name == "hover_thrust":
         return [side for u in free for side in (u / z - bounds[0], bounds[1] - u / z)]
     s, c = bounds[0].sin_cos()

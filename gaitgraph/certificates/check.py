@@ -39,18 +39,20 @@ CLAIMS: dict[str, Any] = {
     "attitude": {"tilt": NUMBER, **COVER},
     "joints": dict.fromkeys(JUMPS, NUMBER),
 }
-VEHICLE = {
-    "name": TEXT,
-    "first_rotor_spin": "clockwise|counterclockwise",
-    "rotor_positions": [[NUMBER, 3], 4],
-    "drag_to_thrust": [POSITIVE, 4],
-}
+SPIN = "clockwise|counterclockwise"
+VECTORS = [[NUMBER, 3], 4]
+ROTORS = {"rotor_positions": VECTORS, "drag_to_thrust": [POSITIVE, 4]}
+AXES = {"spins": [SPIN, 4], "tilt_axes": VECTORS, "thrust_axes": VECTORS}
+VEHICLES = (
+    {"name": TEXT, "first_rotor_spin": SPIN, **ROTORS},
+    {"name": TEXT, **ROTORS, **AXES},
+)
 FORM = {
     "format": "gaitgraph certificate 3",
     "made_by": TEXT,
     "deviation": NUMBER,
     "path": "closed|open",
-    "vehicle": VEHICLE,
+    "vehicle": VEHICLES,
     "pieces": [{"alpha": [[NUMBER], 2, 4], "duration": POSITIVE}],
     "claims": CLAIMS,
 }
@@ -149,32 +151,56 @@ def determinant(rows: list[Vector]) -> Enclosure:
     return total
 
 
-def spin_of(vehicle: dict[str, Any]) -> int:
-    """Return the sign of the drag of rotor 1, and with it of the drag ratio."""
-    return 1 if vehicle["first_rotor_spin"] == "clockwise" else -1
+def cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
+    """Return the exact cross product of vectors."""
+    return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
+
+
+def unit(vector: list[Fraction]) -> Vector:
+    """Return an exact vector divided by its length."""
+    square = sum((part * part for part in vector), ZERO)
+    if square == 0:
+        raise ValueError("thrust_axes must be across tilt_axes, got one along its own")
+    signs = [1 if part > 0 else -1 for part in vector]
+    sizes = [root(part * part / square) for part in vector]
+    return [enclosed(sign) * size for sign, size in zip(signs, sizes, strict=True)]
+
+
+def drag_signs(vehicle: dict[str, Any]) -> list[int]:
+    """Return the signs of the drags; neighbours turn in opposite senses by default."""
+    spins = vehicle.get("spins") or [vehicle["first_rotor_spin"]]
+    signs = [1 if spin == "clockwise" else -1 for spin in spins]
+    if len(signs) == 1:
+        signs = [signs[0], -signs[0]] * 2
+    return signs
 
 
 def wrenches_of(vehicle: dict[str, Any]) -> list[list[Vector]]:
     """Return for unit thrust of each rotor its wrenches at α = 0 and a quarter turn.
 
     A wrench has the moments about body x, y, z and the force along z, x, y. Lengths are in
-    units of the mean distance of the rotors from body z.
+    units of the mean distance of the rotors from body z. By default rotors tilt about the
+    horizontal lines towards them, and thrust up at α = 0.
     """
     places = vehicle["rotor_positions"]
     lengths = [root(x * x + y * y) for x, y, _ in places]
     if min(lengths).low <= 0:
         raise ValueError("rotor_positions must be off body z, got one on it")
     scale = sum(lengths, NONE).shared(4).inverse()
-    spin, wrenches = spin_of(vehicle), []
-    for place, length, torque in zip(
-        places, lengths, vehicle["drag_to_thrust"], strict=True
+    tilt_axes = vehicle.get("tilt_axes") or [[x, y, ZERO] for x, y, _ in places]
+    thrust_axes = vehicle.get("thrust_axes") or [[ZERO, ZERO, Fraction(1)]] * 4
+    signs, drags = drag_signs(vehicle), vehicle["drag_to_thrust"]
+    wrenches = []
+    for place, tilt_axis, thrust_axis, sign, torque in zip(
+        places, tilt_axes, thrust_axes, signs, drags, strict=True
     ):
-        ahead, left, _ = (enclosed(part) * length.inverse() for part in place)
         x, y, z = (enclosed(part) * scale for part in place)
-        drag = enclosed(spin * torque) * scale
-        spin = -spin  # neighbours turn in opposite senses
+        drag = enclosed(sign * torque) * scale
+        turned = cross(tilt_axis, thrust_axis)
+        upright = cross(turned, tilt_axis)  # the thrust axis across the tilt axis
         pair = []
-        for fx, fy, fz in ((NONE, NONE, enclosed(1)), (left, NONE - ahead, NONE)):
+        for direction in (upright, turned):
+            fx, fy, fz = unit(direction)
             roll = y * fz - z * fy + drag * fx
             pitch = z * fx - x * fz + drag * fy
             yaw = x * fy - y * fx + drag * fz
@@ -200,15 +226,20 @@ class Level:
     Each of the seven values of `hover` is linear in (cos α, sin α) of each rotor, and `sizes`
     are roots of sums of squares of a table: the values where each α is 0 or a quarter turn.
     `squares` has what wrenches of each rotor add to the entries of M M', of which the first
-    four numbers of a wrench are a column.
+    four numbers of a wrench are a column. R has the sign of the vertical force times
+    `sign`: that of rotor 1's drag, unless R were then negative where each α is 0.
     """
 
     def __init__(self, vehicle: dict[str, Any]) -> None:
-        self.spin, self.wrenches = spin_of(vehicle), wrenches_of(vehicle)
+        self.wrenches = wrenches_of(vehicle)
         self.sizes = []
         corners = [hover([*corner]) for corner in product(*self.wrenches)]
         for table in zip(*corners, strict=True):
             self.sizes.append(isqrt(sum(value.size() ** 2 for value in table)) + 1)
+        self.sign = drag_signs(vehicle)[0]
+        lift = enclosed(self.sign) * corners[0][4]
+        if lift.high * 10**12 < -self.sizes[4]:
+            self.sign = -self.sign
         self.squares = {}
         for i, j in combinations_with_replacement(range(4), 2):
             parts = [one[i] * one[j] + last[i] * last[j] for one, last in self.wrenches]
@@ -305,9 +336,9 @@ def least_singular_value(arc: Arc, claim: Any) -> Vector:
 
 
 def sign_of_R(arc: Arc, claim: Any) -> Vector:
-    """Return the vertical force or its negative: it is 2κR, and κ has the sign of the spin."""
-    sign = enclosed(arc.level.spin if claim["sign"] == "positive" else -arc.level.spin)
-    return [sign * lift for *_, lift, _, _ in arc.hovers]
+    """Return R or its negative, up to a positive factor."""
+    sign = arc.level.sign if claim["sign"] == "positive" else -arc.level.sign
+    return [enclosed(sign) * lift for *_, lift, _, _ in arc.hovers]
 
 
 def hover_thrust(arc: Arc, claim: Any) -> Vector:
@@ -421,6 +452,9 @@ def named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def parsed(value: Any, form: Any, what: str) -> Any:
     """Return a value of a form, its numbers as fractions."""
+    if form is VEHICLES:
+        has_own_axes = isinstance(value, dict) and "spins" in value
+        form = VEHICLES[has_own_axes]
     if isinstance(form, dict):
         needed = {"joints"} if form is CLAIMS else {*form}
         if isinstance(value, dict) and needed <= {*value} <= {*form}:

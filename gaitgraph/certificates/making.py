@@ -268,22 +268,37 @@ def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
     """Return a vehicle as a certificate states it, with exact numbers; without an arm length its lengths are in arms.
 
     Four equal arms are turned about body z, so that the first is along body x: singular values do not depend on it.
+    Rotors with spins or axes of their own stay where they are.
     """
-    vehicle.check_default_axes("a certificate", spins=True)
     arm = vehicle.arm_length or 1.0
-    places = vehicle.rotor_positions
-    if places is None:
+    places: Any = vehicle.rotor_positions
+    turning: dict[str, Any] = {"first_rotor_spin": vehicle.first_rotor_spin}
+    if vehicle.spins is not None or vehicle.has_own_axes:
+        tilt_axes, thrust_axes = vehicle.axes
+        words = {1: "counterclockwise", -1: "clockwise"}
+        turning = {
+            "spins": [words[sign] for sign in vehicle.spin_signs],
+            "tilt_axes": _decimals(tilt_axes),
+            "thrust_axes": _decimals(thrust_axes),
+        }
+        if places is None:
+            places = arm * np.array(vehicle.scaled_positions)
+    elif places is None:
         ends = ((arm, 0.0), (0.0, arm), (-arm, 0.0), (0.0, -arm))
-        places = tuple((x, y, vehicle.rotor_height) for x, y in ends)
+        places = [(x, y, vehicle.rotor_height) for x, y in ends]
     drags = vehicle.drag_to_thrust
     if drags is None or vehicle.arm_length is None:
         drags = vehicle.drag_ratio * arm
     return {
         "name": vehicle.name,
-        "first_rotor_spin": vehicle.first_rotor_spin,
-        "rotor_positions": [[decimal(part) for part in place] for place in places],
+        **turning,
+        "rotor_positions": _decimals(places),
         "drag_to_thrust": [decimal(drag) for drag in four_of(drags)],
     }
+
+
+def _decimals(vectors: Any) -> list[list[Fraction]]:
+    return [[decimal(part) for part in vector] for vector in vectors]
 
 
 class _Stated:

@@ -243,7 +243,8 @@ class Level:
     def _tables(self) -> tuple[FloatArray, FloatArray]:
         """The zero-moment inputs and v at the corners: determinants of three moments, over 2κ.
 
-        Spins and axes of its own may make R negative at α = 0; the sign of both is then turned, so that R > 0 there.
+        Spins and axes of its own may make R negative at α = 0, by more than 1e-12 of the size of its table; the sign of
+        both is then turned, so that R > 0 there.
         """
         corners = np.array(list(product((0, 1), repeat=4)))
         moments = self.moment[np.arange(4), :, corners]
@@ -256,8 +257,8 @@ class Level:
         inputs /= 2 * self.rotors.drag_ratio
         direction = np.einsum("kr,krf->kf", inputs, forces).reshape(2, 2, 2, 2, 3)
         inputs = inputs.reshape(2, 2, 2, 2, 4)
-        upright = direction[0, 0, 0, 0, 2]
-        if upright < -Form(direction).rounding()[2]:
+        lifts = direction[..., 2]
+        if lifts[0, 0, 0, 0] < -1e-12 * np.linalg.norm(lifts):
             return -inputs, -direction
         return inputs, direction
 
