@@ -15,11 +15,13 @@ import pytest
 import shapely
 
 import gaitgraph as gg
-from gaitgraph.gait.gait import lift, paper_gait
+from gaitgraph.gait.gait import Gait, lift, paper_gait
 from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.forms import rotors_of
 from gaitgraph.planning.any_angle import prepared_region
 from gaitgraph.planning.branch import Branch
+from gaitgraph.surface.curved import sheet_of
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.published import GAITS
 
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.loop import Loop
     from gaitgraph.planning.planner import Plan
     from gaitgraph.planning.request import PlanRequest
@@ -162,6 +163,14 @@ EVERY_KIND += [symmetric_vehicle(np.random.default_rng(7)), ODD, LEANING]
 
 def random_tilts(seed: int, *shape: int, reach: float = math.pi) -> FloatArray:
     return np.random.default_rng(seed).uniform(-reach, reach, (*shape, 4))
+
+
+def small_gait(vehicle: Vehicle) -> Gait:
+    """Return a small gait of three corners on the sheet of any vehicle, with straight segments."""
+    first, second = np.array([[-0.8, -0.8, -0.9], [0.8, 0.7, 0.8]])
+    others = sheet_of(rotors_of(vehicle)).angles(first, second)
+    alpha = np.column_stack([first, second, others])
+    return Gait(alpha=alpha, vehicle=vehicle)
 
 
 def on_red(first: Any, second: Any) -> FloatArray:

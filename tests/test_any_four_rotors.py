@@ -14,6 +14,7 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.certificates import check as checker
+from gaitgraph.certificates.verifying import note_on_certificate
 from gaitgraph.flight.engine import Engine
 from gaitgraph.graph import validate_graph
 from gaitgraph.invertibility import attitude_sensitivities
@@ -21,7 +22,15 @@ from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.geometry import Geometry
 from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
 from gaitgraph.surface.sheets import curved_roots
-from tests.samples import EVERY_KIND, LEANING, ODD, by_vehicle, symmetric_vehicle
+from tests.samples import (
+    BOTH,
+    EVERY_KIND,
+    LEANING,
+    ODD,
+    by_vehicle,
+    small_gait,
+    symmetric_vehicle,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -285,10 +294,22 @@ def test_planes_are_refused_with_the_pair_that_differs(
     assert caught.value.field == "vehicle"
 
 
-def test_a_certificate_cannot_state_spins_that_do_not_alternate() -> None:
-    vehicle = ODD.replace(spins=LEANING.spins)
-    with pytest.raises(gg.InputError, match="spins must be omitted for a certificate"):
-        gg.certify(gg.Gait(alpha=ROWS, vehicle=vehicle).parametrize(2.0))
+@by_vehicle(LEANING, BOTH.replace(spins=["clockwise"] * 4))
+def test_a_certificate_belongs_to_the_axes_and_spins_of_its_vehicle(
+    vehicle: gg.Vehicle, tmp_path: Path
+) -> None:
+    timed = small_gait(vehicle).parametrize(3.0, law="smooth", samples=300)
+    certified = gg.certify(timed, tilt="3deg")
+    gait_file = tmp_path / "gait.csv"
+    timed.write(gait_file)
+    certified.write(tmp_path / "gait.cert.json")
+    verified = gg.certificates.verify(tmp_path / "gait.cert.json")
+    assert (bool(verified), verified.flyable, verified.rows) == (True, True, 301)
+    table = gg.read_table(gait_file)
+    assert not note_on_certificate(gait_file, table, vehicle)
+    leaning = vehicle.replace(tilt_axes=np.add(vehicle.axes[0], [0, 0, 0.1]))
+    note = note_on_certificate(gait_file, table, leaning)
+    assert "is of another vehicle: moments of rotors differ" in note
 
 
 def test_commands_judge_its_tables_and_refuse_the_rest_in_one_line(

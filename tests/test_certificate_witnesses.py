@@ -22,7 +22,7 @@ from gaitgraph.timing.limits import Limits
 from gaitgraph.timing.time_optimal import paced
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
-from tests.samples import random_vehicle, symmetric_vehicle
+from tests.samples import LEANING, random_vehicle, small_gait, symmetric_vehicle
 
 flint = pytest.importorskip("flint", reason="install python-flint, of the extra 'dev'")
 arb, arb_series, fmpq, fmpq_poly = (
@@ -358,9 +358,20 @@ def verdict_of(text: str) -> str:
     return "not proved" if any(places.values()) else "proved"
 
 
+def text_of_own_axes() -> str:
+    return certify(small_gait(LEANING), tilt="5deg").text
+
+
+def test_the_witness_proves_a_certificate_of_axes_and_spins_of_their_own() -> None:
+    it = Certificate(text_of_own_axes())
+    for name in it.claims:
+        assert is_true(it, name), name
+
+
 @pytest.mark.slow
 def test_no_false_claim_of_a_changed_certificate_is_proved() -> None:
     chance, texts = random.Random(17), [certified(seed) for seed in (0, 1, 3, 4, 12)]
+    texts += [text_of_own_axes()] * 2
     verdicts = [
         verdict_of(changed_text(chance.choice(texts), chance)) for _ in range(600)
     ]
