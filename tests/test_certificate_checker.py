@@ -194,10 +194,10 @@ def test_wrenches_with_axes_of_their_own_are_enclosed() -> None:
     """Axes need not be unit vectors, nor the thrust axis across the tilt axis."""
     words = {1: "clockwise", -1: "counterclockwise"}
     places = [[3, 4, 1], [-8, 6, -2], [-3, -4, 1], [8, -6, -2]]
-    tilts = [[3, 4, 1], [-1, 2, 2], [-9, -11, 4], [5, -3, F(-1, 7)]]
-    thrusts = [[1, F(1, 3), 5], [0, 1, 8], [2, 2, 7], [F(1, 9), 0, -1]]
+    tilts: list[list[Any]] = [[3, 4, 1], [-1, 2, 2], [-9, -11, 4], [5, -3, F(-1, 7)]]
+    thrusts: list[list[Any]] = [[1, F(1, 3), 5], [0, 1, 8], [2, 2, 7], [F(1, 9), 0, -1]]
     signs, drags = [1, 1, -1, 1], [3, 6, 1, 2]
-    vehicle = {
+    vehicle: dict[str, Any] = {
         "spins": [words[sign] for sign in signs],
         "tilt_axes": [list(map(F, axis)) for axis in tilts],
         "thrust_axes": [list(map(F, axis)) for axis in thrusts],

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 import gaitgraph as gg
+from gaitgraph.flight.engine import mjcf_of
 from gaitgraph.flight.simulation import gyroscopic_of
 from gaitgraph.invertibility.matrices import (
     control_force_matrix,
     control_moment_matrix,
 )
 from gaitgraph.surface.curved_region import sheet_region
-from tests.samples import LEANING, STANDING
+from gaitgraph.vehicle import PAPER
+from tests.samples import LEANING, STANDING, by_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytest.importorskip("mujoco")
+mujoco = pytest.importorskip("mujoco")
 RNG = np.random.default_rng(3)
 FLYING = [
     vehicle.replace(inertia=[0.02, 0.025, 0.03], thrust_coefficient=8e-6)
@@ -86,7 +90,44 @@ def test_a_gait_on_the_sheet_settles_and_the_model_reads_back(
     assert gg.validate(tmp_path / "gait.json", vehicle=read).flyable
 
 
-def test_gyroscopic_torques_need_the_default_axes() -> None:
-    vehicle = FLYING[0].replace(rotor_inertia=1e-5)
-    with pytest.raises(gg.InputError, match="tilt_axes must be omitted for flights"):
-        gyroscopic_of(vehicle)
+@by_vehicle(PAPER, *FLYING)
+def test_gyroscopic_torques_are_those_of_spinning_rotors_in_the_engine(
+    vehicle: gg.Vehicle,
+) -> None:
+    """Inverse dynamics of the same model with a body that spins on each arm, with and without its spin."""
+    inertia = 1e-5
+    vehicle = vehicle.replace(rotor_inertia=inertia)
+    text = mjcf_of(vehicle, step=1e-3, air=False)
+    spinning = f"""<body pos="REACH 0 0">
+    <inertial pos="0 0 0" mass="1e-3" diaginertia="{inertia} {inertia} {inertia}"/>
+    <joint name="spin" axis="0 0 1"/></body>"""
+    parts = re.split(r'(?=<site name="rotor\d" pos="(\S+) )', text)
+    text = parts[0]
+    for number, (reach, site) in enumerate(
+        zip(parts[1::2], parts[2::2], strict=True), start=1
+    ):
+        body = spinning.replace("REACH", reach).replace("spin", f"spin{number}")
+        text += body + site
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    alpha, rates, thrusts = RNG.normal(size=(3, 4))
+    omega = RNG.normal(size=3)
+    speeds = vehicle.spin_signs * np.sign(thrusts) * np.sqrt(np.abs(thrusts))
+    speeds /= math.sqrt(vehicle.thrust_coefficient or 0.0)
+    torques = []
+    for share in (0.0, 1.0):
+        data.qpos[7::2] = alpha
+        data.qvel[3:6], data.qvel[6::2], data.qvel[7::2] = omega, rates, share * speeds
+        data.qacc[:] = 0.0
+        mujoco.mj_inverse(model, data)
+        torques.append(data.qfrc_inverse[3:6].copy())
+    torque_of = gyroscopic_of(vehicle)
+    assert torque_of is not None
+    # The torque that keeps the body from turning faster is against that of its rotors.
+    expected = torques[0] - torques[1]
+    torque = torque_of(*(part.tolist() for part in (alpha, omega, rates, thrusts)))
+    np.testing.assert_allclose(torque, expected, atol=1e-12, rtol=1e-9)
+    many = (np.tile(part, (2, 1)).T for part in (alpha, omega, rates, thrusts))
+    of_two = gyroscopic_of(vehicle, np)
+    assert of_two is not None
+    np.testing.assert_allclose(np.transpose(of_two(*many)), [torque] * 2, rtol=1e-12)

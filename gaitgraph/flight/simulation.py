@@ -442,29 +442,31 @@ def gyroscopic_of(
     """
     if vehicle.rotor_inertia is None:
         return None
-    vehicle.check_default_axes("flights with a rotor_inertia")
     (coefficient,) = vehicle.require(
         "thrust_coefficient", purpose="the gyroscopic torque of a rotor_inertia"
     )
     momenta = (thrust_signs(vehicle) * vehicle.rotor_inertia).tolist()
-    arms = [(math.cos(azimuth), math.sin(azimuth)) for azimuth in vehicle.arm_angles]
+    tilt_axes, upright = vehicle.axes
+    axes = np.stack([tilt_axes, upright, np.cross(tilt_axes, upright)], axis=1)
+    rotors = axes.tolist()
 
     def torque(
         tilts: Any, body_rates: Any, rates: Any, thrusts: Any
     ) -> tuple[Any, ...]:
-        p, q, r = body_rates
         t1 = t2 = t3 = 0.0
-        for (cz, sz), momentum, tilt, rate, thrust in zip(
-            arms, momenta, tilts, rates, thrusts, strict=True
+        for (tilt_axis, thrust_axis, turned), momentum, tilt, rate, thrust in zip(
+            rotors, momenta, tilts, rates, thrusts, strict=True
         ):
             speed = functions.sqrt(abs(thrust) / coefficient)
             spun = momentum * functions.copysign(speed, thrust)
             across, up = spun * functions.sin(tilt), spun * functions.cos(tilt)
             # −ω × h in body axes: ω of the arm, h along the tilted rotor axis.
-            w1, w2 = p + rate * cz, q + rate * sz
-            h1, h2 = sz * across, -cz * across
-            t1 += r * h2 - w2 * up
-            t2 += w1 * up - r * h1
+            pairs = zip(body_rates, tilt_axis, strict=True)
+            w1, w2, w3 = (own + rate * part for own, part in pairs)
+            pairs = zip(thrust_axis, turned, strict=True)
+            h1, h2, h3 = (up * part + across * other for part, other in pairs)
+            t1 += w3 * h2 - w2 * h3
+            t2 += w1 * h3 - w3 * h1
             t3 += w2 * h1 - w1 * h2
         return t1, t2, t3
 
