@@ -395,7 +395,7 @@ def test_limits_come_from_the_vehicle_and_from_texts() -> None:
     assert plain == pytest.approx(expected)
     uneven = Limits(acceleration=[1, 2, 3, 1])
     assert uneven.as_mapping() == {"acceleration": [1.0, 2.0, 3.0, 1.0]}
-    np.testing.assert_array_equal(uneven.in_plane[1], [1, 1])
+    np.testing.assert_array_equal(uneven.of_joints(2)[1], [1, 1])
 
 
 @pytest.mark.parametrize(

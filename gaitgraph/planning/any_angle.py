@@ -73,7 +73,7 @@ def any_angle_loop(
 def shortest_path(branch: Branch) -> Leg | None:
     """Return the shortest path from the first waypoint of a branch to the last, or None if there is none."""
     start, end = branch.request.waypoints[0], branch.request.waypoints[-1]
-    if straight_loop_holds(branch):
+    if not branch.is_curved and straight_loop_holds(branch):
         return Leg([start, end], math.dist(start, end))
     return prepared_region(branch).leg(start, end)
 
@@ -245,10 +245,14 @@ class Leg(NamedTuple):
 
 
 class PreparedRegion:
-    """An admissible region with what shortest paths in it need, which is kept for the next loop."""
+    """An admissible region with what shortest paths in it need, which is kept for the next loop.
 
-    def __init__(self, region: Region) -> None:
+    With `strict` loops pass no point at which a condition of the region is broken.
+    """
+
+    def __init__(self, region: Region, *, strict: bool = False) -> None:
         self.region = region
+        self.strict = strict
 
     @cached_property
     def paths(self) -> ShortestPaths:
@@ -268,6 +272,9 @@ class PreparedRegion:
         """Return the point itself if loops may pass it, else the nearest that they may pass, or None if it is far."""
         if self.paths.contains(point):
             return point
+        conditions = self.region.conditions
+        if self.strict and any(limit.broken_at(*point) for limit in conditions):
+            return None
         nearest = self.region.nearest(point)
         # The polygon of a curved border leaves this much out; the segment from there is checked with the loop.
         reach = 4 * self.region.accuracy
@@ -342,7 +349,8 @@ def _prepared(margin: float, margin_floor: float, **asked: Any) -> PreparedRegio
         region = sheet_region(vehicle, sign=asked["sign"], floor=asked["floor"])
         if zones is not None:
             region &= zones_region(zones)
-        return PreparedRegion(region)
+        # Beside a fibre segments from outside the region may lead through it.
+        return PreparedRegion(region, strict=True)
     region = admissible_region(**asked)
     if margin:
         # Without errors a robust loop keeps more than the floor, with errors the floor.

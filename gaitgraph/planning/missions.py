@@ -14,6 +14,7 @@ from gaitgraph.errors import Advice, Infeasible
 from gaitgraph.gait.table import check_repeats
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.planning.transitions import transition
+from gaitgraph.surface.curved import hover_on_sheet
 from gaitgraph.timing.joining import HOVER, JoinedPath, Turns, played, run_up
 from gaitgraph.timing.timed_gait import TimedPath, checked_clock
 from gaitgraph.validation.report import broken_rules
@@ -85,7 +86,7 @@ def mission(
     timed = played(gait, vehicle=vehicle, coefficients=coefficients)
     check_repeats(timed)
     line, law, seconds = _entry(timed, anyway=anyway)
-    hover = _path(timed.gait, np.zeros((1, 4)), law, _PAUSE)
+    hover = _path(timed.gait, line[:1], law, _PAUSE)
     starts, stops = run_up(timed), run_up(timed, stops=True)
     sections: list[TimedPath | RunUp | None] = [
         hover,
@@ -102,7 +103,7 @@ def mission(
         return JoinedPath.of(known, round(timed.samples * whole / timed.period))
     frames = checked_clock(whole, law, rate=rate)
     pause = _PAUSE + frames / rate - whole
-    known[-1] = _path(timed.gait, np.zeros((1, 4)), law, pause)
+    known[-1] = _path(timed.gait, line[:1], law, pause)
     return JoinedPath.of(known, frames)
 
 
@@ -113,7 +114,8 @@ def _entry(timed: TimedGait, *, anyway: bool) -> tuple[FloatArray, LawName, floa
         return found.path, found.law, found.duration
     # Straight to the first row, within the largest tilt rate.
     around, seconds = timed.gait, found.duration
-    line = np.stack([np.zeros(4), timed.at(0.0).alpha])
+    hover = hover_on_sheet(around.coefficients.rotors)
+    line = np.vstack([hover, timed.at(0.0).alpha])
     limit = around.vehicle.max_tilt_rate
     if limit is not None:
         peaks = _path(around, line, found.law, 1.0).peaks(1)
@@ -131,6 +133,8 @@ def _entry(timed: TimedGait, *, anyway: bool) -> tuple[FloatArray, LawName, floa
 def _unreachable(gait: Gait, reason: str) -> Infeasible:
     """Return the refusal of a gait that hover does not reach, with the nearest gait that it reaches, if there is one."""
     message = f"no flyable path from hover: {reason}"
+    if gait.vehicle.asymmetry is not None:
+        return Infeasible(message)
     at_hover = float(level_determinant(np.zeros(4), gait.coefficients))
     sign: Sign = "positive" if at_hover > 0 else "negative"
     nearest = later.retarget(gait, sign=sign)

@@ -28,6 +28,7 @@ from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import Leg, shortest_path
 from gaitgraph.planning.branch import Branch
 from gaitgraph.planning.request import plan_request
+from gaitgraph.surface.curved import hover_on_sheet, sheet_of
 from gaitgraph.surface.sheets import home_in_words, red_label, separating_factor
 from gaitgraph.timing.joining import (
     HOVER,
@@ -39,6 +40,7 @@ from gaitgraph.timing.joining import (
     vehicle_within,
 )
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
+from gaitgraph.timing.lifted_gait import corners_of, is_lifted
 from gaitgraph.timing.timed_gait import (
     MOST_SAMPLES,
     RowTimedGait,
@@ -46,7 +48,7 @@ from gaitgraph.timing.timed_gait import (
     checked_clock,
     table_of,
 )
-from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
 from gaitgraph.validation.report import verdict_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, four_of
@@ -320,7 +322,7 @@ def transition(
         return replace(answer, reason=path)
 
     alpha = np.vstack([path.alpha, path.alpha[-2:0:-1]])
-    colors = (first.colors[0],) * len(alpha)
+    colors = first.colors[:1] * len(alpha)
     gait = replace(first, alpha=alpha, colors=colors, request={})
     # Both those of the vehicle and those that the tables were made for.
     limits = lowest_limits([leaving.limits, joining.limits])
@@ -331,8 +333,8 @@ def transition(
         answer,
         there_and_back=gait,
         corners=(
-            None if leaving is hover else path.leaves,
-            None if joining is hover else path.joins,
+            None if leaving is hover else leaving.corners[path.leaves],
+            None if joining is hover else joining.corners[path.joins],
         ),
         run_down=_run_up(leaving, stops=True),
         run_up=_run_up(joining),
@@ -389,6 +391,7 @@ class _End(NamedTuple):
 
     gait: Gait
     place: Gait
+    corners: Sequence[int]  # numbers of those of the place
     motion: TimedGait | None
     limits: Mapping[str, Each]
 
@@ -399,18 +402,23 @@ def _hover_for(
     coefficients: CoefficientsLike | None,
 ) -> _End:
     """Return hover, for the vehicle and the coefficients of the first end that is a gait, if there is one."""
-    alpha = np.zeros((1, 4))
     gaits = [end.gait for end in ends if end is not None]
     if gaits:
-        hover = replace(gaits[0], alpha=alpha, colors=("red",), request={})
+        like = gaits[0]
     else:
-        hover = Gait(
-            alpha=alpha,
-            colors=("red",),
+        like = Gait(
+            alpha=np.zeros((1, 4)),
             vehicle=PAPER if vehicle is None else vehicle,
             coefficients=coefficients,
         )
-    return _End(hover, hover, None, {})
+    rotors = like.coefficients.rotors
+    hover = replace(
+        like,
+        alpha=hover_on_sheet(rotors),
+        colors=("red",) if rotors.asymmetry is None else (),
+        request={},
+    )
+    return _End(hover, hover, [0], None, {})
 
 
 def _end_of(
@@ -428,7 +436,12 @@ def _end_of(
     table = given.table
     has_times = given.motion is not None if table is None else "t" in table
     if not has_times:
-        return _End(given.gait, given.gait, None, {})
+        place = given.gait
+        corners = range(len(place.alpha))
+        if is_lifted(place):  # the law `smooth` rests at some of its rows
+            corners = corners_of(place).tolist()
+            place = replace(place, alpha=place.alpha[corners])
+        return _End(given.gait, place, corners, None, {})
     motion = played(given)
     made_for: Mapping[str, Any] = motion.made_for if table is None else table.limits
     limits: dict[str, Each] = {kind: tuple(one) for kind, one in made_for.items()}
@@ -436,7 +449,7 @@ def _end_of(
     place = replace(
         gait, alpha=motion.at(0.0).alpha[None], colors=gait.colors[:1], request={}
     )
-    return _End(gait, place, motion, limits)
+    return _End(gait, place, [0], motion, limits)
 
 
 def _checked_samples(
@@ -455,24 +468,23 @@ def _checked_samples(
 
 def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None]:
     """Return why there is certainly no path between two gaits, and the proof if the signs of R differ."""
-    asymmetry = first.coefficients.rotors.asymmetry
-    if asymmetry is not None:
-        return (
-            f"paths are planned on planes, which the vehicle has not: {asymmetry}",
-            None,
-        )
     reports = [gait.check() for gait in (first, last)]
-    for name, report in zip(("start", "end"), reports, strict=True):
-        if not report.valid:
-            return f"the {name} is not valid: {report.reason}", None
+    for name, gait, report in zip(
+        ("start", "end"), (first, last), reports, strict=True
+    ):
+        fault = _fault_of(gait, report)
+        if fault:
+            return f"the {name} is {fault}", None
     values = [float(gait.R[np.argmax(np.abs(gait.R))]) for gait in (first, last)]
     proof = None
     if values[0] * values[1] < 0:
         proof = {"R_start": values[0], "R_end": values[1], "statement": _STATEMENT}
         if all(report["R_sign"].decided for report in reports):
             where = f"R = {values[0]:+.4g} at the start and {values[1]:+.4g} at the end"
-            home = f"in the component of α = 0, {home_in_words(first.vehicle)}"
-            advice = f"Plan with the same sign of R (hover has R > 0, {home}), or start the flight in the gait"
+            home = "R > 0"
+            if first.vehicle.asymmetry is None:
+                home += f", in the component of α = 0, {home_in_words(first.vehicle)}"
+            advice = f"Plan with the same sign of R (hover has {home}), or start the flight in the gait"
             return (
                 f"{where}, so every flight between them passes a singular matrix, at any attitude. {advice}",
                 proof,
@@ -490,6 +502,16 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
             proof,
         )
     return None, None
+
+
+def _fault_of(gait: Gait, report: Report) -> str:
+    """Return why a gait is no end of a path, "" if it is one: it must be valid, or on a curved sheet flyable."""
+    if gait.vehicle.asymmetry is None:
+        return "" if report.valid else f"not valid: {report.reason}"
+    off = sheet_of(gait.coefficients.rotors).distances(gait.alpha).max()
+    if off > DEFAULT_TOLERANCE:
+        return f"{off:.2g} rad off the curved sheet"
+    return "" if report.flyable else f"not flyable: {report.reason}"
 
 
 class _Path(NamedTuple):
@@ -513,9 +535,9 @@ def _shortest(first: Gait, last: Gait, floor: float) -> _Path | str:
     points, others = (
         np.clip(gait.alpha[:, :2], -HALF_PI, HALF_PI) for gait in (first, last)
     )
-    color: Color = "red" if first.color == "red" else "blue"
+    color: Color = "blue" if first.color == "blue" else "red"
     pairs = _pairs_to_try(points, others)
-    if color == "red":
+    if color == "red" and first.vehicle.asymmetry is None:
         # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
         vehicle = first.vehicle
         labels = red_label(points[:, 0], points[:, 1], vehicle)
@@ -557,8 +579,10 @@ def _leg(
     require: Requirement,
 ) -> Leg | None:
     """Return the shortest path between two points on the sheet and with the sign of R of a gait, or None."""
-    # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
-    R = _on_sheet(gait, gait.alpha[:, :2]).R
+    R = gait.R
+    if gait.vehicle.asymmetry is None:
+        # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
+        R = _on_sheet(gait, gait.alpha[:, :2]).R
     request = plan_request(
         sorted([start, end]),  # so that the path back is the path there
         vehicle=gait.vehicle,
@@ -567,7 +591,7 @@ def _leg(
     )
     branch = Branch(
         request=request,
-        color="red" if gait.color == "red" else "blue",
+        color="blue" if gait.color == "blue" else "red",
         sign="positive" if R[np.argmax(np.abs(R))] > 0 else "negative",
         require=require,
     )
@@ -578,7 +602,10 @@ def _leg(
 
 
 def _on_sheet(gait: Gait, plane: Any) -> Gait:
-    """Return points of the plane on the sheet of a gait's first corner."""
+    """Return points of the plane on the sheet of a gait's first corner; on a curved one with rows between them."""
+    if gait.vehicle.asymmetry is not None:
+        rows = sheet_of(gait.coefficients.rotors).rows(plane)
+        return replace(gait, alpha=rows.alpha, request={})
     return lift(
         plane,
         gait.colors[0],

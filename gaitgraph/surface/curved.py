@@ -203,18 +203,23 @@ class CurvedSheet:
                 )
             plane = np.insert(plane, np.flatnonzero(is_coarse) + 1, middles, axis=0)
         opposite = np.unwrap(self.angles(*plane.T), axis=0, period=math.pi)
-        return LiftedRows(np.hstack([plane, opposite]), float(bends.max() / 8))
+        alpha = np.hstack([plane, opposite])
+        return LiftedRows(alpha, float(bends.max(initial=0.0) / 8))
+
+    def distances(self, alpha: FloatArray) -> FloatArray:
+        """Return by how much α3 or α4 of points of shape (n, 4) are off the sheet, modulo π, shape (n,) [rad]."""
+        off = wrapped(self.angles(*alpha[:, :2].T) - alpha[:, 2:])
+        return np.asarray(np.abs(off).max(axis=1))
 
     def holds_chords(self, alpha: FloatArray) -> bool:
         """Return whether the points of a closed polyline, shape (n, 4), are on the sheet, and its segments as near as rows'."""
         plane = alpha[:, :2]
         ends = np.roll(plane, -1, axis=0)
-        off = wrapped(self.angles(*plane.T) - alpha[:, 2:])
         turn = np.abs(np.roll(alpha, -1, axis=0) - alpha).max()
         _, bends = self._bounds_of_pieces(plane, ends)
         is_near = bends.max() <= 8 * CHORD_DEVIATION and turn < math.pi / 2
         moves = (ends != plane).any(axis=1).all()
-        return bool(moves and is_near and np.abs(off).max() <= SAME_ANGLE)
+        return bool(moves and is_near and self.distances(alpha).max() <= SAME_ANGLE)
 
     def _bounds_of_pieces(self, starts: FloatArray, ends: FloatArray) -> CurveBounds:
         """Return bounds along short segments.
@@ -279,6 +284,14 @@ def curved_sheet(vehicle: VehicleLike = PAPER) -> CurvedSheet:
     ([-0.2301, 0.2669], [0.2466, 0.2429, 0.2745, 0.2749])
     """
     return sheet_of(rotors_of(vehicle_named(vehicle)))
+
+
+def hover_on_sheet(rotors: Rotors) -> FloatArray:
+    """Return the point of the sheet above α1 = α2 = 0, shape (1, 4) [rad]: α = 0 with the default axes."""
+    alpha = np.zeros((1, 4))
+    if rotors.asymmetry is not None:
+        alpha[0, 2:] = sheet_of(rotors).angles(0.0, 0.0)
+    return alpha
 
 
 @lru_cache(maxsize=64)

@@ -59,7 +59,7 @@ _RISE = 10.1  # k·N·T, at which the clock's rate is within 1e-9 of 1
 _AT_REST = 1e-6  # share of a gait's largest rate below which it rests
 _RUNS = ("run-up", "gait", "run-down")  # phases in which a gait runs
 HOVER = "hover"
-"""α = 0: ordinary hover, rotors upright."""
+"""α = 0: ordinary hover, rotors upright. With axes of its own a vehicle hovers on its sheet above α1 = α2 = 0."""
 _NO_GAIT = "course must have a gait, got {}"
 
 

@@ -18,6 +18,8 @@ from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import RowTimedGait, TimedGait
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from gaitgraph import later
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.forms import FloatArray
@@ -42,10 +44,7 @@ class LiftedTimedGait(RowTimedGait):
 
 def gait_with_law(gait: Gait, period: float, law: str, samples: int) -> TimedGait:
     """Return a gait with a law over a period; `smooth` runs along its sheet if the rows of the gait follow that."""
-    rotors = gait.coefficients.rotors
-    rows = gait.alpha
-    is_lifted = rotors.asymmetry is not None and len(rows) > 1
-    if law != "smooth" or not is_lifted or not sheet_of(rotors).holds_chords(rows):
+    if law != "smooth" or not is_lifted(gait):
         return TimedGait(gait=gait, period=period, law=law, samples=samples)
     times, derivatives = _motion_of(gait, period)
     return LiftedTimedGait(
@@ -59,16 +58,29 @@ def gait_with_law(gait: Gait, period: float, law: str, samples: int) -> TimedGai
     )
 
 
+def is_lifted(gait: Gait) -> bool:
+    """Return whether the rows of a gait follow the curved sheet of its vehicle."""
+    rotors = gait.coefficients.rotors
+    if rotors.asymmetry is None or len(gait.alpha) == 1:
+        return False
+    return sheet_of(rotors).holds_chords(gait.alpha)
+
+
+def corners_of(gait: Gait) -> npt.NDArray[np.intp]:
+    """Return the rows of a lifted gait at which (α1, α2) turns, and the first one."""
+    steps = (gait.ends - gait.alpha)[:, :2]
+    ahead = steps / np.linalg.norm(steps, axis=1)[:, None]
+    turns = np.linalg.norm(ahead - np.roll(ahead, 1, axis=0), axis=1)
+    return np.union1d([0], np.flatnonzero(turns > _STRAIGHT))
+
+
 def _motion_of(gait: Gait, period: float) -> tuple[FloatArray, FloatArray]:
     """Return the times of rows, the first again at the end, shape (n + 1,), and both derivatives, shape (n + 1, 2, 4)."""
     steps = gait.ends - gait.alpha
     lengths = np.linalg.norm(steps, axis=1)
     in_plane = np.linalg.norm(steps[:, :2], axis=1)
     ahead = steps[:, :2] / in_plane[:, None]
-    turns = np.linalg.norm(ahead - np.roll(ahead, 1, axis=0), axis=1)
-    corners = np.flatnonzero(turns > _STRAIGHT)
-    if not len(corners) or corners[0] != 0:
-        corners = np.insert(corners, 0, 0)
+    corners = corners_of(gait)
     durations = np.add.reduceat(lengths, corners) * (period / lengths.sum())
     legs = np.add.reduceat(in_plane, corners)
     leg = np.repeat(np.arange(len(corners)), np.diff([*corners, len(steps)]))

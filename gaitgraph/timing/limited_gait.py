@@ -32,16 +32,20 @@ class TouchedLimit:
     """A limit that a law reaches."""
 
     limit: str  # "rate", "acceleration" or "jerk"
-    joints: list[int]  # the opposite joints that move alike, 1 and 3 or 2 and 4
+    joints: list[int]  # 1 and 3, or 2 and 4, which move alike; one on a curved sheet
     value: float  # of the limit [rad/s, rad/s² or rad/s³]
     share: float  # share of the period spent at the limit
     where: dict[str, Any]  # the first time at it, t [s], and then the angles, alpha
 
+    @property
+    def angles(self) -> str:
+        """The names of the joints."""
+        return " and ".join(f"α{joint}" for joint in self.joints)
+
     def __str__(self) -> str:
-        joints = f"α{self.joints[0]} and α{self.joints[1]}"
         limit = f"{figure(self.value)} {RATE_UNITS[self.limit]}"
         during = f"during {100 * self.share:.0f} % of the period"
-        return f"{self.limit} of {joints} at its limit {limit} {during}"
+        return f"{self.limit} of {self.angles} at its limit {limit} {during}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -60,9 +64,9 @@ class LimitedGait(TimedGait):
         Widths of the intervals of time between knots, shape (m,) [s]; they add up to the period.
     tilts
         (α1, α2) on these intervals as polynomials of the share of the interval that has passed, highest power first,
-        shape (degree + 1, m, 2) [rad].
+        shape (degree + 1, m, 2) [rad]; on a curved sheet all four angles, shape (degree + 1, m, 4).
     limits
-        The limits that the law keeps: rate, acceleration and jerk of α1 and α2, shape (3, 2), infinite for none.
+        The limits that the law keeps: rate, acceleration and jerk of these, shape (3, 2) or (3, 4), infinite for none.
     stretch
         Factor, minus 1, by which time was stretched to keep the limits between samples too.
     rounding
@@ -108,7 +112,7 @@ class LimitedGait(TimedGait):
     def made_for(self) -> dict[str, list[float]]:
         """The limits that the law keeps; see :attr:`TimedGait.made_for`."""
         return {
-            kind: np.tile(limits, 2).tolist()
+            kind: np.resize(limits, 4).tolist()  # opposite joints have the same
             for kind, limits in zip(RATE_UNITS, self.limits, strict=True)
             if np.isfinite(limits).all()
         }
@@ -133,31 +137,33 @@ class LimitedGait(TimedGait):
         interval, local = located(self.corner_times, t)
         h, gait = self.widths[interval], self.gait
         by_share = values_of(derivative_of(self.tilts, order)[:, interval], local / h)
-        plane = by_share / h[..., None] ** order
+        tilts = by_share / h[..., None] ** order
+        if tilts.shape[-1] == 4:
+            return np.asarray(tilts)
         color = gait.color or "red"
-        return lifted(plane, color, gait.alpha[0, :2], gait.coefficients, order)
+        return lifted(tilts, color, gait.alpha[0, :2], gait.coefficients, order)
 
-    def _peaks_between_knots(self, order: int) -> FloatArray:
-        """Return upper bounds of a derivative of α1 and α2 between knots, shape (m, 2)."""
+    def peaks_between_knots(self, order: int) -> FloatArray:
+        """Return upper bounds of a derivative of `tilts` between knots, shape (m, 2) or (m, 4)."""
         by_share = peaks_of(self.tilts, np.ones(len(self.widths)), order)
         return by_share / self.widths[:, None] ** order
 
     def peaks(self, order: int) -> FloatArray:
         """Return upper bounds from Bernstein coefficients; they are the sharper the more knots there are."""
-        return np.tile(self._peaks_between_knots(order).max(axis=0), 2)
+        return np.resize(self.peaks_between_knots(order).max(axis=0), 4)
 
     def limits_touched(self, within: float = 0.01) -> tuple[TouchedLimit, ...]:
         """Return the limits that the law comes within a share of, and for what share of the period."""
         touches = []
         for order, kind in enumerate(RATE_UNITS, start=1):
-            peaks = self._peaks_between_knots(order)
+            peaks = self.peaks_between_knots(order)
             touched = (peaks >= self.limits[order - 1] * (1 - within)) & (peaks > 0)
             for joint in np.flatnonzero(touched.any(axis=0)).tolist():
                 t = float(self.corner_times[int(np.argmax(touched[:, joint]))])
                 seconds = self.widths[touched[:, joint]].sum()
                 touch = TouchedLimit(
                     limit=kind,
-                    joints=[joint + 1, joint + 3],
+                    joints=[*range(joint + 1, 5, peaks.shape[1])],
                     value=float(self.limits[order - 1, joint]),
                     share=float(seconds / self.period),
                     where={"t": t, "alpha": self.derivative(t, 0).tolist()},

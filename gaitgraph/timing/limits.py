@@ -61,26 +61,25 @@ class Limits:
         texts = [f"{kind}={limit.tolist()}" for kind, limit in self._stated().items()]
         return f"Limits({', '.join(texts)})"
 
-    @property
-    def in_plane(self) -> FloatArray:
-        """Rate, acceleration and jerk limits of α1 and α2, shape (3, 2), infinite for none.
+    def of_joints(self, count: int) -> FloatArray:
+        """Return rate, acceleration and jerk limits of α1 and α2, shape (3, 2), or of four joints, infinite for none.
 
-        Opposite joints move by as much, so the lower of their limits counts.
+        Of two, opposite joints move by as much, so the lower of their limits counts.
         """
         limits = np.full((3, 4), np.inf)
         for row, kind in zip(limits, RATE_UNITS, strict=True):
             if getattr(self, kind) is not None:
                 row[:] = getattr(self, kind)
-        return read_only(np.minimum(limits[:, :2], limits[:, 2:]))
+        return read_only(limits.reshape(3, -1, count).min(axis=1))
 
     def completed(self, extent: FloatArray) -> FloatArray:
-        """Return the limits of α1 and α2, completed by those that follow from them, shape (3, 2).
+        """Return the limits of two or four joints, completed by those that follow from them, shape (3, 2) or (3, 4).
 
         Landau's and Kolmogorov's inequalities relate the derivatives of a bounded motion, with x within ±extent/2:
-        |ẋ|² ≤ extent·|ẍ|, |ẍ|² ≤ 2|ẋ|·|x⃛| and |ẍ|³ ≤ (3/2)·extent·|x⃛|². The extent is the range of α1 and α2 over
-        the whole motion, shape (2,) [rad].
+        |ẋ|² ≤ extent·|ẍ|, |ẍ|² ≤ 2|ẋ|·|x⃛| and |ẍ|³ ≤ (3/2)·extent·|x⃛|². The extent is the range of each joint over
+        the whole motion, shape (2,) or (4,) [rad].
         """
-        rate, acceleration, jerk = self.in_plane
+        rate, acceleration, jerk = self.of_joints(len(extent))
         with np.errstate(invalid="ignore", over="ignore"):
             acceleration = np.minimum(acceleration, np.cbrt(1.5 * extent * jerk**2))
             acceleration = np.fmin(acceleration, np.sqrt(2.0 * rate * jerk))

@@ -20,10 +20,15 @@ from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_UNITS
-from gaitgraph.invertibility.coefficients import check_symmetric
 from gaitgraph.pictured import Pictured
 from gaitgraph.timing.curve import Curve, Rounding, rounded
 from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.lifted_gait import (
+    LiftedTimedGait,
+    corners_of,
+    gait_with_law,
+    is_lifted,
+)
 from gaitgraph.timing.limited_gait import LimitedGait
 from gaitgraph.timing.limits import Limits, limits_of
 from gaitgraph.timing.node_laws import (
@@ -55,6 +60,7 @@ _SHORTEST, _LONGEST = 1e-6, 1e9  # limits of the period of a timed gait [s]
 _CORRECTIONS = 4  # after which limits at nodes are lowered no more
 _ENOUGH = 1e-5  # stretch of time that is not worth another correction
 _STILL = 1e-12  # extent of an angle that does not move [rad]
+_ALONG_SHEET = "from corner to corner along the curved sheet by the law 'smooth': others may be faster"
 _ROUND_OFF = 1e-12  # share by which time is stretched more than the peaks ask for
 
 
@@ -78,7 +84,6 @@ def origin_of(
     """
     given = given_gait(path, vehicle=vehicle, coefficients=coefficients, once=False)
     gait, made = given.gait, given.motion
-    check_symmetric(gait.coefficients.rotors)
     if not isinstance(made, LimitedGait):
         return Origin(gait)
     limits = made.made_for
@@ -308,22 +313,33 @@ class _Route:
     rounding: Rounding | None = None
 
     @property
-    def plane(self) -> FloatArray:
-        """(α1, α2) at the corners, or where a curve may turn round, shape (n, 2) [rad]."""
-        if self.curve is None:
-            return self.gait.alpha[:, :2]
-        return self.curve.at(self.curve.turning_points())[:, :2]
+    def joints(self) -> int:
+        """How many joints limits are for: α1 and α2, or on a curved sheet all four."""
+        return 2 if self.gait.vehicle.asymmetry is None else 4
+
+    @property
+    def places(self) -> FloatArray:
+        """The angles of these joints at the corners, or where a curve may turn round, shape (n, 2) or (n, 4) [rad]."""
+        alpha = self.gait.alpha
+        if self.curve is not None:
+            alpha = self.curve.at(self.curve.turning_points())
+        return alpha[:, : self.joints]
 
     @property
     def extent(self) -> FloatArray:
-        """The ranges of α1 and α2, shape (2,) [rad]."""
-        extent: FloatArray = np.ptp(self.plane, axis=0)
+        """The ranges of these joints, shape (2,) or (4,) [rad]."""
+        extent: FloatArray = np.ptp(self.places, axis=0)
         return extent
 
     @property
     def moves(self) -> npt.NDArray[np.bool_]:
-        """Whether α1 and α2 move, shape (2,)."""
+        """Whether these joints move, shape (2,) or (4,)."""
         return self.extent > _STILL
+
+    @property
+    def lowest_limits(self) -> FloatArray:
+        """The limits of these joints, shape (3, 2) or (3, 4)."""
+        return self.limits.of_joints(self.joints)
 
     def answer(self, status: str, reason: str = "", **more: Any) -> LeastPeriod:
         """Return an answer for this route."""
@@ -344,7 +360,7 @@ class _Route:
 
     def blocked(self) -> LeastPeriod | None:
         """Return the answer for a limit of zero on a joint that must move, if there is one."""
-        for kind, limit in zip(RATE_UNITS, self.limits.in_plane, strict=True):
+        for kind, limit in zip(RATE_UNITS, self.lowest_limits, strict=True):
             for joint in np.flatnonzero((limit == 0) & self.moves).tolist():
                 number = joint + 1
                 if getattr(self.limits, kind)[joint] != 0:
@@ -369,28 +385,28 @@ class _Route:
         bounds = []
         for joint in np.flatnonzero(self.moves).tolist():
             v, a = float(rate[joint]), float(acceleration[joint])
-            runs = _runs(self.plane[:, joint])
+            runs = _runs(self.places[:, joint])
             times = 2.0 * np.sqrt(runs / a)
             if math.isfinite(v):
                 times = np.where(runs * a > v * v, runs / v + v / a, times)
             by_jerk = np.cbrt(96.0 * self.extent[joint] / jerk[joint])
             alone = max(float(times.sum()), float(by_jerk))
             bounds.append(_Bound(alone, f"α{joint + 1} alone needs"))
-        step = np.abs(self.gait.ends - self.gait.alpha)[:, :2]
+        step = np.abs(self.gait.ends - self.gait.alpha)[:, : self.joints]
         times = (step[:, self.moves] / rate[self.moves]).max(axis=1)
         bounds.append(_Bound(float(times.sum()), "any law along this path needs"))
         return max(bounds, key=lambda bound: bound.period)
 
     def standing(self, period: float) -> LimitedGait:
         """Return the law of a point, which stands still for a period [s]."""
-        timed = self._timed(np.array([period]), self.gait.alpha[None, :1, :2])
+        timed = self._timed(np.array([period]), self.places[None, :1])
         return replace(timed, law="paced")
 
     def kept(self, law: NodeLaw) -> LimitedGait:
         """Return the gait with a law whose time is stretched or shortened until its peaks meet the limits."""
         tilts = law.tilts()
         factor = 0.0
-        for order, limit in enumerate(self.limits.in_plane, start=1):
+        for order, limit in enumerate(self.lowest_limits, start=1):
             peak = _peaks_of(law, tilts, order).max(axis=0)
             counts = np.isfinite(limit) & self.moves
             for share in peak[counts] / limit[counts]:
@@ -398,8 +414,24 @@ class _Route:
         widths = law.durations * (factor * (1.0 + _ROUND_OFF))
         return replace(self._timed(widths, tilts), stretch=factor - 1.0)
 
+    def kept_by_leg(self, motion: LiftedTimedGait) -> LimitedGait:
+        """Return a motion that rests at its corners, each leg between them stretched until its peaks meet the limits."""
+        widths = np.diff(motion.times)
+        powers = np.arange(5, -1, -1)[:, None]
+        tilts = np.asarray(motion.pieces) * (widths**powers)[..., None]
+        timed = self._timed(widths, tilts)
+        factors = np.zeros(len(widths))
+        for order, limit in enumerate(self.lowest_limits, start=1):
+            shares = timed.peaks_between_knots(order)[:, self.moves] / limit[self.moves]
+            factors = np.maximum(factors, shares.max(axis=1) ** (1.0 / order))
+        corners = corners_of(self.gait)
+        slowest = np.maximum.reduceat(factors, corners)
+        rows = np.diff([*corners, len(widths)])
+        widths *= np.repeat(slowest, rows) * (1.0 + _ROUND_OFF)
+        return self._timed(widths, tilts)
+
     def _timed(self, widths: FloatArray, tilts: FloatArray) -> LimitedGait:
-        """Return the gait with a law given as (α1, α2) on intervals of time; its table has one interval."""
+        """Return the gait with a law given as `tilts` on intervals of time; its table has one interval."""
         return LimitedGait(
             gait=self.gait,
             period=float(widths.sum()),
@@ -408,7 +440,7 @@ class _Route:
             curve=self.curve,
             widths=widths,
             tilts=tilts,
-            limits=self.limits.in_plane,
+            limits=self.lowest_limits,
             rounding=self.rounding,
         )
 
@@ -449,6 +481,12 @@ def _routes(
     origin = origin_of(path)
     gait = origin.gait
     tolerance = origin.rounding if rounding is None else rounding
+    if gait.vehicle.asymmetry is not None and tolerance is None:
+        corners = gait
+        if not is_lifted(gait):
+            corners = replace(gait.merged(), request=gait.request)
+        known = limits or limits_of(gait.vehicle, origin.limits)
+        return [_Route(gait=corners, limits=known)]
     made = rounded(gait, 1e-3 if tolerance is None else tolerance)
     known = limits or limits_of(gait.vehicle, origin.limits)
     resting = _Route(gait=replace(gait.merged(), request=gait.request), limits=known)
@@ -518,11 +556,9 @@ def _fastest(
     route: _Route, nodes: int, progress: Callable[[str], None] | None
 ) -> tuple[LimitedGait, str]:
     """Return the gait with the fastest law found, and a note if it was not optimised."""
-    completed = route.limits.completed(route.extent)
     if route.curve is None:
-        limits = route.limits.in_plane
-        law = rest_to_rest(route.plane, limits[0], completed[1], limits[2])
-        return route.kept(law), ""
+        return _fastest_resting(route)
+    completed = route.limits.completed(route.extent)
     grid = grid_along(route.curve.breaks, route.curve.pieces, nodes)
     count = len(grid.width)
     # A joint that stands still keeps any limit.
@@ -561,6 +597,17 @@ def _fastest(
     return min(tried, key=lambda timed: timed.period), ""
 
 
+def _fastest_resting(route: _Route) -> tuple[LimitedGait, str]:
+    """Return the gait with the fastest law that rests at its corners; a note along a curved sheet, where others may be faster."""
+    motion = gait_with_law(route.gait, 1.0, "smooth", 1)
+    if isinstance(motion, LiftedTimedGait):
+        return route.kept_by_leg(motion), _ALONG_SHEET
+    rate, _, jerk = route.lowest_limits
+    acceleration = route.limits.completed(route.extent)[1]
+    law = rest_to_rest(route.places, rate, acceleration, jerk)
+    return route.kept(law), ""
+
+
 def _not_optimised(nodes: int, pieces: int) -> str:
     """Return the note of a law that no programmes improved."""
     many = f"{nodes} nodes on {pieces} pieces are more than {_MOST_NODES_UNDER_JERK}"
@@ -580,7 +627,7 @@ def _too_short(
     order = 1 + list(RATE_UNITS).index(touch.limit)
     reached = touch.value * (least / period) ** order
     why = (
-        f"the least found is {least:.4f} s; at T the {touch.limit} of α{touch.joints[0]} and α{touch.joints[1]} "
+        f"the least found is {least:.4f} s; at T the {touch.limit} of {touch.angles} "
         f"would reach {reached:.3g} {RATE_UNITS[touch.limit]}, limit {touch.value:.3g}"
     )
     if period < answer.lower_bound:

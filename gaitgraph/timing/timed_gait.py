@@ -569,7 +569,7 @@ class TimedPath(TimedGait):
 
     def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the path; options as for :meth:`Gait.check`."""
-        if isinstance(self.loop, RowTimedGait):
+        if type(self.loop) is RowTimedGait:
             return later.validate(table_of(self), **options)
         report = self.gait.check(**options).with_timing(self)
         return replace(report, repeats=False)
