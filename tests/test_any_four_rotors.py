@@ -315,7 +315,7 @@ def test_a_certificate_belongs_to_the_axes_and_spins_of_its_vehicle(
 def test_commands_judge_its_tables_and_refuse_the_rest_in_one_line(
     run: Any, tmp_path: Path
 ) -> None:
-    """It is refused before limits are asked for, where planes are needed, and without a warning about the file's motion."""
+    """It is refused where planes are needed, and without a warning about the file's motion."""
     saved, colored = tmp_path / "saved.json", tmp_path / "colored.csv"
     gg.export(gg.lift([(-0.4, 0.4), (-0.4, 1.0), (-1.0, 0.4)], "red"), saved, samples=8)
     content = json.loads(saved.read_text())
@@ -327,15 +327,13 @@ def test_commands_judge_its_tables_and_refuse_the_rest_in_one_line(
     constants = [f"{k} = {json.dumps(v)}" for k, v in stated.items() if v is not None]
     vehicle = tmp_path / "odd.toml"
     vehicle.write_text("\n".join(constants))
-    for words in (
-        ("pace", saved),
-        ("pace", colored, "--vehicle", vehicle),
-        ("retarget", colored, "--vehicle", vehicle),
-    ):
-        answer = run(*words)
-        assert (answer.code, answer.out) == (2, ""), words
-        (line,) = answer.err.splitlines()
-        assert "rotors 1 and 3" in line
+    refused = run("retarget", colored, "--vehicle", vehicle)
+    assert (refused.code, refused.out) == (2, "")
+    (line,) = refused.err.splitlines()
+    assert "rotors 1 and 3" in line
+    for words in (("pace", saved), ("pace", colored, "--vehicle", vehicle)):
+        paced = run(*words, "--max-rate", 2, "--max-acceleration", 9, "--json")
+        assert (paced.code, json.loads(paced.out)["flyable"]) == (0, True)
     judged = run("validate", saved)
     assert (judged.code, judged.err) == (0, "")
     refused = run("validate", saved, "--require", "valid")

@@ -1,4 +1,4 @@
-"""Plans of vehicles that are not symmetric: the region in which they fly, loops on their curved sheet, files, flights."""
+"""Plans of vehicles that are not symmetric: regions, loops on their curved sheet, transitions, timing, files, flights."""
 
 from __future__ import annotations
 
@@ -50,6 +50,15 @@ def flies(
         low, high = np.array(vehicle.tilt_range).T
         holds &= ((alpha >= low) & (alpha <= high)).all(axis=1)
     return np.asarray(holds)
+
+
+def loop_in_region(vehicle: gg.Vehicle) -> list[tuple[float, float]]:
+    """Return three points of the region with R > 0, which straight lines join inside it."""
+    region = sheet_region(vehicle)
+    middle = region.components[0].representative_point()
+    x, y = middle.x, middle.y
+    size = 0.6 * middle.distance(region.inner.boundary) / math.sqrt(2)
+    return [(x, y), (x + size, y), (x + size, y + size)]
 
 
 @pytest.mark.parametrize("sign", ["positive", "negative"])
@@ -112,6 +121,15 @@ def test_points_of_two_parts_and_outside_points_are_refused_with_numbers() -> No
     low = gg.plan_loop([(-0.3, 0.3), (0.1, 0.1)], vehicle=ODD, sign="positive")
     assert "hover thrusts must be positive, got -" in str(low.reason)
     assert low.refusals[0].nearest is not None
+    # Its hover is within the accuracy of the region, but beyond a fibre.
+    leaning = ODD.replace(
+        tilt_axes=[[1, 1, 0.2], [-1, 1, 0], [-1, -1, 0.2], [1, -1, 0]]
+    )
+    leaning = leaning.replace(
+        thrust_axes=[[0.1, 0, 1], [0, 0, 1], [-0.1, 0, 1], [0, 0, 1]]
+    )
+    idle = gg.plan_loop([(0.0, 0.0), *SQUARE], vehicle=leaning, sign="positive")
+    assert "hover thrusts must be positive, got -" in str(idle.reason)
     blue = gg.plan_loop([(-0.3, 0.3), (-0.5, 0.3)], vehicle=ODD, color="blue")
     assert "blue" in str(blue.reason)
     choices: dict[str, Any] = {
@@ -169,11 +187,7 @@ def test_the_law_smooth_follows_the_sheet_and_rests_at_corners(
     vehicle: gg.Vehicle,
 ) -> None:
     sheet = curved_sheet(vehicle)
-    region = sheet_region(vehicle)
-    middle = region.components[0].representative_point()
-    x, y = middle.x, middle.y
-    size = 0.6 * middle.distance(region.inner.boundary) / math.sqrt(2)
-    corners = [(x, y), (x + size, y), (x + size, y + size)]
+    corners = loop_in_region(vehicle)
     plan = gg.plan_loop(corners, vehicle=vehicle, sign="positive", period=3.0)
     timed = plan.timed()
     t, step = np.linspace(0, 3, 4001), 3 / 4000
@@ -241,3 +255,104 @@ def test_a_margin_that_no_curved_region_keeps_is_refused() -> None:
     with pytest.raises(gg.errors.InputError) as caught:
         gg.location_of([(-0.4, 0.4)], vehicle=ODD, servo_margin="5deg")
     assert caught.value.field == "servo_margin"
+
+
+@pytest.mark.parametrize("vehicle", [ODD, *VEHICLES[:2], *OF_ANY_AXES[:3]])
+def test_transitions_fly_along_the_sheet(vehicle: gg.Vehicle) -> None:
+    body = vehicle.replace(max_tilt_rate=3.0, max_tilt_acceleration=20.0)
+    part = sheet_region(body).components[0].buffer(-0.02)
+    points: list[tuple[float, float]] = []
+    while len(points) < 4:
+        place = RNG.uniform(-math.pi / 2, math.pi / 2, 2)
+        if shapely.contains_xy(part, *place):
+            points.append((float(place[0]), float(place[1])))
+    first, last = (
+        gg.plan_loop(pair, vehicle=body, sign="positive", period=60.0).timed()
+        for pair in (points[:2], points[2:])
+    )
+    answer = gg.transition(first, last)
+    assert answer.report.flyable
+    motion = answer.timed.at(np.linspace(0, answer.duration, 4001))
+    np.testing.assert_array_equal(motion.alpha[0], first.alpha[0])
+    np.testing.assert_array_equal(motion.alpha[-1], last.alpha[0])
+    assert curved_sheet(vehicle).distances(motion.alpha).max() < 1e-4
+    assert flies(motion.alpha[:, :2], vehicle, "positive", 0.05).all()
+    assert np.abs(motion.rates).max() <= 3.0
+    assert np.abs(motion.accelerations).max() <= 20.0
+    assert np.abs(motion.rates[[0, -1]]).max() < 1e-9
+    assert answer.length >= math.dist(points[0], points[2]) - 1e-12
+
+
+def test_hover_is_entered_on_the_sheet_and_walls_are_proven(tmp_path: Path) -> None:
+    gait = gg.plan_loop(SQUARE, vehicle=ODD, period=4.0).timed()
+    entry = gg.transition("hover", gait.gait)
+    assert not entry.path[0].any()
+    assert entry.corners == (None, 0)
+    assert gg.transition(gait.gait, "hover").corners[0] in (0, 16, 32, 48)
+    flight = gg.mission(gait)
+    alpha = flight.at(np.linspace(0, flight.period, 5001)).alpha
+    assert curved_sheet(ODD).distances(alpha).max() < 1e-4
+    flight.write(tmp_path / "flight.csv")
+    assert gg.validate(tmp_path / "flight.csv").flyable
+    other = gg.plan_loop([(0.4, -0.3), (0.5, -0.4)], vehicle=ODD, sign="negative")
+    wall = gg.transition(gait, other.gait)
+    assert wall.proof is not None
+    assert wall.proof["R_end"] < 0 < wall.proof["R_start"]
+    plane = np.array(SQUARE)[:, [0, 1, 0, 1]]
+    beside = gg.transition("hover", gg.Gait(alpha=plane, vehicle=ODD))
+    assert "rad off the curved sheet" in str(beside.reason)
+    tilted = OF_ANY_AXES[0]
+    at_rest = gg.transition("hover", "hover", vehicle=tilted).path[0]
+    np.testing.assert_array_equal(at_rest[2:], curved_sheet(tilted).angles(0, 0))
+    idle = gg.transition("hover", "hover", vehicle=OF_ANY_AXES[1])
+    assert "the start is not flyable" in str(idle.reason)
+
+
+@pytest.mark.parametrize("vehicle", [ODD, *VEHICLES[:2], *OF_ANY_AXES[:3]])
+def test_least_periods_keep_limits_of_all_four_arms(
+    vehicle: gg.Vehicle, tmp_path: Path
+) -> None:
+    corners = loop_in_region(vehicle)
+    gait = gg.plan_loop(corners, vehicle=vehicle, sign="positive").gait
+    limits = gg.Limits(rate=[2, 1, 3, 2], acceleration=[9, 9, 6, 12], jerk=[300] * 4)
+    answer = gg.least_period(gait, limits)
+    timed = answer.timed
+    assert timed is not None
+    t = np.linspace(0, timed.period, 20_001)
+    motion = timed.at(t)
+    assert curved_sheet(vehicle).distances(motion.alpha).max() < 1e-4
+    values = [motion.rates, motion.accelerations, timed.derivative(t, 3)]
+    shares = []
+    for order, value in enumerate(values, start=1):
+        limit = limits.of_joints(4)[order - 1]
+        assert (np.abs(value) <= limit).all()
+        assert (timed.peaks(order) >= np.abs(value).max(axis=0)).all()
+        assert (timed.peaks(order) <= limit).all()
+        shares.append(np.abs(value / limit).max(axis=1))
+    # Each leg is as fast as it can be.
+    rests = t[np.abs(motion.rates).max(axis=1) < 1e-3 * np.abs(motion.rates).max()]
+    legs = np.split(
+        np.max(shares, axis=0),
+        np.searchsorted(t, rests[np.diff(rests, prepend=-1) > 0.05])[1:-1],
+    )
+    assert min(leg.max() for leg in legs) > 0.9
+    assert 0 < answer.lower_bound <= timed.period
+    assert "by the law 'smooth'" in str(answer)
+    timed.write(tmp_path / "fast.csv")
+    again = gg.timing.timed_gait_of(tmp_path / "fast.csv")
+    np.testing.assert_allclose(again.at(t).alpha, motion.alpha, atol=1e-12)
+    assert not gg.paced(gait, limits, period=0.99 * timed.period)
+    slow = gg.paced(tmp_path / "fast.csv", limits, period=2 * timed.period)
+    assert slow.timed is not None
+    np.testing.assert_allclose(2 * slow.timed.peaks(1), timed.peaks(1))
+    with pytest.raises(gg.InputError, match="to have planes of gaits"):
+        gg.least_period(gait, limits, rounding=0.01)
+
+
+def test_rows_beside_a_sheet_are_corners_with_rests_of_all_four_arms() -> None:
+    plane = np.array(SQUARE)[:, [0, 1, 0, 1]] * [1, 1, 1, 2]
+    limits = gg.Limits(rate=1.0, acceleration=5.0)
+    answer = gg.least_period(gg.Gait(alpha=plane, vehicle=ODD), limits)
+    assert answer.timed is not None
+    np.testing.assert_allclose(answer.timed.peaks(1), [1, 0.5, 1, 1], rtol=0.01)
+    assert answer.period == pytest.approx(2 * (0.3 + 0.2) + 2 * (0.6 + 0.2), rel=0.01)

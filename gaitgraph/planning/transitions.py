@@ -254,9 +254,10 @@ def transition(
     Parameters
     ----------
     start, end
-        A gait in any form, or "hover" for α = 0. A gait without times is left and joined at one of its corners, where
-        the law `smooth` rests; a gait with times, as a table, at its first row. If it is in motion there, its clock
-        starts slowly after the path, or stops slowly before it, see :func:`gaitgraph.timing.joining.run_up`.
+        A gait in any form, or "hover" for α = 0; for a vehicle with axes of its own the point of its sheet above
+        α1 = α2 = 0. A gait without times is left and joined at one of its corners, where the law `smooth` rests; a gait
+        with times, as a table, at its first row. If it is in motion there, its clock starts slowly after the path, or
+        stops slowly before it, see :func:`gaitgraph.timing.joining.run_up`.
     duration
         Duration of the path [s]; by default 1 s, or what the limits of tilt rate, acceleration and jerk need if that is
         more: those of the vehicle and those that the gaits' tables were made for.
@@ -415,7 +416,7 @@ def _hover_for(
     hover = replace(
         like,
         alpha=hover_on_sheet(rotors),
-        colors=("red",) if rotors.asymmetry is None else (),
+        colors=("red",) if rotors.asymmetry is None else like.colors[:1],
         request={},
     )
     return _End(hover, hover, [0], None, {})

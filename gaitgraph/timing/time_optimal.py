@@ -207,7 +207,8 @@ def least_period(
     -----
     The law is the fastest of those with constant s̈ between nodes; under a jerk limit, the best of a few linear
     programmes of at most 5000 nodes. No law is faster than `lower_bound`. Without a jerk limit the acceleration changes
-    over 0.1 % of the period (of a segment's time, where the law rests). Looser limits need not take less time.
+    over 0.1 % of the period (of a segment's time, where the law rests). Looser limits need not take less time. Along a
+    curved sheet each leg runs by the law `smooth`, as fast as the bounds of its peaks allow; a note says so.
 
     Examples
     --------
