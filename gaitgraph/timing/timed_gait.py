@@ -240,13 +240,13 @@ class TimedGait(Pictured):
     def columns(self) -> dict[str, Any]:
         """The gait table: t, angles, color, types, R, rates, accelerations, hover thrusts, in this order.
 
-        Off the surfaces there are no color and types. R is computed with the gait's own coefficients.
+        Off planes there are no color and types. R is computed with the gait's own coefficients.
         """
         t = self.t
         angles, rates, accelerations = self.at(t)
         columns: dict[str, Any] = {"t": t, **dict(zip(ANGLES, angles.T, strict=True))}
         gait = self.gait
-        if gait.colors:
+        if gait.colors and gait.vehicle.asymmetry is None:
             # The sheet of a sample is that of the corner last passed.
             segment = np.zeros(len(t), dtype=np.int64)
             if gait.color == "mixed":
