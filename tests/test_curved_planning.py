@@ -121,13 +121,13 @@ def test_points_of_two_parts_and_outside_points_are_refused_with_numbers() -> No
     low = gg.plan_loop([(-0.3, 0.3), (0.1, 0.1)], vehicle=ODD, sign="positive")
     assert "hover thrusts must be positive, got -" in str(low.reason)
     assert low.refusals[0].nearest is not None
-    # Its hover is within the accuracy of the region, but beyond a fibre.
-    leaning = ODD.replace(
-        tilt_axes=[[1, 1, 0.2], [-1, 1, 0], [-1, -1, 0.2], [1, -1, 0]]
-    )
-    leaning = leaning.replace(
-        thrust_axes=[[0.1, 0, 1], [0, 0, 1], [-0.1, 0, 1], [0, 0, 1]]
-    )
+    # Above (0, 0) it is within the accuracy of its region, but beyond a fibre.
+    leaning = gg.Vehicle(
+        drag_to_thrust=0.02,
+        rotor_positions=[[0.2, 0.2, 0], [-0.18, 0.2, 0], [-0.2, -0.2, 0], [0.2, -0.18, 0]],
+        tilt_axes=[[1, 1, 0.2], [-1, 1, 0], [-1, -1, 0.2], [1, -1, 0]],
+        thrust_axes=[[0.1, 0, 1], [0, 0, 1], [-0.1, 0, 1], [0, 0, 1]],
+    )  # fmt: skip
     idle = gg.plan_loop([(0.0, 0.0), *SQUARE], vehicle=leaning, sign="positive")
     assert "hover thrusts must be positive, got -" in str(idle.reason)
     blue = gg.plan_loop([(-0.3, 0.3), (-0.5, 0.3)], vehicle=ODD, color="blue")
@@ -257,15 +257,12 @@ def test_a_margin_that_no_curved_region_keeps_is_refused() -> None:
     assert caught.value.field == "servo_margin"
 
 
-@pytest.mark.parametrize("vehicle", [ODD, *VEHICLES[:2], *OF_ANY_AXES[:3]])
+@KINDS
 def test_transitions_fly_along_the_sheet(vehicle: gg.Vehicle) -> None:
     body = vehicle.replace(max_tilt_rate=3.0, max_tilt_acceleration=20.0)
     part = sheet_region(body).components[0].buffer(-0.02)
-    points: list[tuple[float, float]] = []
-    while len(points) < 4:
-        place = RNG.uniform(-math.pi / 2, math.pi / 2, 2)
-        if shapely.contains_xy(part, *place):
-            points.append((float(place[0]), float(place[1])))
+    plane = np.random.default_rng(3).uniform(-math.pi / 2, math.pi / 2, (100, 2))
+    points = plane[shapely.contains_xy(part, *plane.T)][:4].tolist()
     first, last = (
         gg.plan_loop(pair, vehicle=body, sign="positive", period=60.0).timed()
         for pair in (points[:2], points[2:])
@@ -301,14 +298,16 @@ def test_hover_is_entered_on_the_sheet_and_walls_are_proven(tmp_path: Path) -> N
     plane = np.array(SQUARE)[:, [0, 1, 0, 1]]
     beside = gg.transition("hover", gg.Gait(alpha=plane, vehicle=ODD))
     assert "rad off the curved sheet" in str(beside.reason)
-    tilted = OF_ANY_AXES[0]
+    tilted = ODD.replace(tilt_axes=samples.LEANING.tilt_axes)
     at_rest = gg.transition("hover", "hover", vehicle=tilted).path[0]
     np.testing.assert_array_equal(at_rest[2:], curved_sheet(tilted).angles(0, 0))
-    idle = gg.transition("hover", "hover", vehicle=OF_ANY_AXES[1])
-    assert "the start is not flyable" in str(idle.reason)
+    idle = gg.transition("hover", "hover", vehicle=samples.LEANING)
+    assert "the start is not flyable: hover thrusts" in str(idle.reason)
+    low = gg.transition("hover", gait, floor=0.5)
+    assert "the start is not flyable: least singular value" in str(low.reason)
 
 
-@pytest.mark.parametrize("vehicle", [ODD, *VEHICLES[:2], *OF_ANY_AXES[:3]])
+@KINDS
 def test_least_periods_keep_limits_of_all_four_arms(
     vehicle: gg.Vehicle, tmp_path: Path
 ) -> None:

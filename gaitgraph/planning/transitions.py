@@ -315,7 +315,7 @@ def transition(
         answer, samples=_checked_samples(answer.duration, law, samples, rate)
     )
 
-    reason, proof = _refusal(first, last)
+    reason, proof = _refusal(first, last, floor)
     if reason is not None:
         return replace(answer, reason=reason, proof=proof)
     path = _shortest(leaving.place, joining.place, floor)
@@ -467,9 +467,11 @@ def _checked_samples(
     return count
 
 
-def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None]:
+def _refusal(
+    first: Gait, last: Gait, floor: float
+) -> tuple[str | None, dict[str, Any] | None]:
     """Return why there is certainly no path between two gaits, and the proof if the signs of R differ."""
-    reports = [gait.check() for gait in (first, last)]
+    reports = [gait.check(floor=floor) for gait in (first, last)]
     for name, gait, report in zip(
         ("start", "end"), (first, last), reports, strict=True
     ):
