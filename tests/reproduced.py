@@ -121,11 +121,6 @@ def margin_at(*angles: float) -> str:
     return f"{math.degrees(gg.invertibility.tilt_margin(angles, exact)):.2f}°"
 
 
-def fraction(number: int) -> str:
-    report = gg.robustness_of(gaits[number], tilt=0, curves=0)
-    return f"{100 * report.gait.acceptable.fraction:.0f} %"
-
-
 def margins(number: int, *etas: float) -> list[str]:
     """Return the margins of a gait that is biased by each η."""
     return [margin(gaits[number], bias=eta) for eta in etas]
@@ -349,10 +344,6 @@ def sizes_of_jumps() -> list[str]:
 
 def is_valid(*loop: tuple[float, float]) -> bool | None:
     return gg.validate(gg.lift(loop, "red")).valid
-
-
-def numbers_of_vertices() -> list[int]:
-    return [len(gait.parametrize().vertices()) for gait in gaits.values()]
 
 
 def flyable_cycles() -> int:
