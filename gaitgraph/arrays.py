@@ -1,9 +1,9 @@
-"""Arrays that are taken have no masked values, and arrays that records hand out cannot be written to."""
+"""Arrays that are taken have no masked values; arrays and mappings that records hand out cannot be written to."""
 
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from gaitgraph.errors import InputError
 
@@ -58,18 +58,41 @@ def read_only(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return view
 
 
-def read_only_columns(columns: dict[Any, Any]) -> dict[Any, Any]:
-    """Return columns by name, those that are arrays as of :func:`read_only`."""
+class ReadOnlyDict(dict[Any, Any]):
+    """A dictionary that cannot be changed; `dict` of it, or its union with another one, can be.
+
+    >>> ReadOnlyDict(law="smooth")["law"] = "equal-time"
+    Traceback (most recent call last):
+    TypeError: mapping is read-only
+    """
+
+    def _refuse(self, *_: object, **__: object) -> NoReturn:
+        raise TypeError("mapping is read-only")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> Any:
+        return ReadOnlyDict, (dict(self),)
+
+
+def read_only_mapping(mapping: dict[Any, Any]) -> ReadOnlyDict:
+    """Return a mapping that cannot be changed, nor the arrays and mappings in it; lists in it can."""
     import numpy as np
 
-    return {
-        name: read_only(values) if isinstance(values, np.ndarray) else values
-        for name, values in columns.items()
-    }
+    frozen: dict[Any, Any] = {}
+    for name, value in mapping.items():
+        if isinstance(value, np.ndarray):
+            frozen[name] = read_only(value)
+        elif isinstance(value, dict):
+            frozen[name] = read_only_mapping(value)
+        else:
+            frozen[name] = value
+    return ReadOnlyDict(frozen)
 
 
 def freeze_arrays(record: Any) -> None:
-    """Replace the arrays in the fields of a new dataclass, and those in its mappings, by views as of read_only.
+    """Replace the arrays and mappings in the fields of a new dataclass by those that cannot be written to.
 
     A number that is written into an array of a record would change some of its answers and not others.
     """
@@ -78,7 +101,7 @@ def freeze_arrays(record: Any) -> None:
     for field in fields(record):
         value = getattr(record, field.name)
         if isinstance(value, dict):
-            value = read_only_columns(value)
+            value = read_only_mapping(value)
         elif isinstance(value, np.ndarray):
             value = read_only(value)
         else:

@@ -239,6 +239,53 @@ def test_other_mappings_are_refused_in_one_line(wrong: dict[str, Any]) -> None:
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize("name", ["Gait", "Plan", "PlanRequest", "Report", "Table"])
+def test_no_field_takes_a_value_of_another_kind(name: str) -> None:
+    made = ALL[name]()
+    stated = made.as_dict()
+    for field in stated.keys() - {"type"}:
+        for wrong in (made, np.array([True])):
+            with pytest.raises(gg.InputError) as refused:
+                type(made).from_dict(stated | {field: plain(wrong)})
+            assert "\n" not in str(refused.value)
+            assert refused.value.field == field
+
+
+@pytest.mark.parametrize(
+    ("field", "wrong", "said"),
+    [
+        ("hover_power", "1.0", r"hover_power must be float \| None, got '1.0'"),
+        ("hover_power_over", "day", "hover_power_over must be Literal"),
+        ("rows", True, r"rows must be int \| None, got True"),
+        ("checks", plain((GAIT,)), r"checks must be tuple\[Check, ...\], got"),
+        ("checks", {"type": "tuple", "items": "ok"}, "items must be a list, got 'ok'"),
+    ],
+)
+def test_a_value_of_another_kind_is_named(field: str, wrong: Any, said: str) -> None:
+    stated = gg.validate(GAIT).as_dict()
+    with pytest.raises(gg.InputError, match=f"^{said}"):
+        gg.Report.from_dict(stated | {field: wrong})
+
+
+@pytest.mark.parametrize("item", ["x", None, [0.5]])
+def test_an_array_is_not_made_of_other_values(item: Any) -> None:
+    stated = {"type": "array", "dtype": "<f8", "items": [0.5, item]}
+    with pytest.raises(gg.InputError):
+        rebuilt(stated)
+
+
+def cost(first: Any, second: Any, edge: dict[str, float]) -> float:
+    return edge["length"]
+
+
+def test_a_plan_with_an_own_cost_is_pickled_and_has_no_mapping() -> None:
+    made = gg.plan_loop(LOOP, divisions=4, weight=cost)
+    assert pickle.loads(pickle.dumps(made)) == made
+    with pytest.raises(gg.InputError, match="have a form in JSON") as refused:
+        made.as_dict()
+    assert refused.value.field == "weight"
+
+
 def test_a_mapping_that_is_nested_too_deeply_is_refused() -> None:
     nested: dict[str, Any] = {}
     for _ in range(5000):
@@ -317,6 +364,17 @@ def test_an_array_that_was_given_stays_its_owners() -> None:
     alpha1[0] = 0.5
     with pytest.raises(ValueError, match="read-only"):
         table["alpha1"][0] = 1.5
+
+
+def test_the_mappings_of_a_table_cannot_be_changed() -> None:
+    table = gg.timing.table_of(TIMED)
+    for taken in (table, copy.deepcopy(table), pickle.loads(pickle.dumps(table))):
+        for mapping in (taken.columns, taken.about, taken.about["vehicle"]):
+            with pytest.raises(TypeError, match="read-only"):
+                mapping["alpha1"] = 0.0
+            with pytest.raises(TypeError, match="read-only"):
+                mapping.update(alpha1=0.0)
+        assert taken == table
 
 
 def test_an_engine_and_a_simulation_fly_the_same_after_the_way() -> None:

@@ -25,7 +25,7 @@ from gaitgraph.angles import (
     in_degrees,
     whole_number,
 )
-from gaitgraph.arrays import freeze_arrays, read_only, read_only_columns
+from gaitgraph.arrays import freeze_arrays, read_only, read_only_mapping
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import (
@@ -150,7 +150,7 @@ class Basin(Record):
             "acceptable": np.tile(self.inside.ravel(), len(self.begins)).astype(float),
             "same_side": self.same_side.astype(float).ravel(),
         }
-        return read_only_columns(columns)
+        return read_only_mapping(columns)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values, ready for JSON."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gaitgraph import later
 from gaitgraph.angles import number_of, whole_number
-from gaitgraph.arrays import freeze_arrays, read_only, read_only_columns
+from gaitgraph.arrays import freeze_arrays, read_only, read_only_mapping
 from gaitgraph.errors import Advice, InputError, checked_choice, shown
 from gaitgraph.files import naming_file, path_of
 from gaitgraph.gait.gait import Gait, setting_line
@@ -267,7 +267,7 @@ class TimedGait(Pictured):
         )
         columns |= hover_thrust_columns(angles, gait.vehicle)
         # Adding zero turns negative zeros into zeros.
-        return read_only_columns(
+        return read_only_mapping(
             {
                 name: values + 0.0 if isinstance(values, np.ndarray) else values
                 for name, values in columns.items()
