@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph import later
+from gaitgraph.errors import MissingExtra
 from gaitgraph.records import Record
 
 if TYPE_CHECKING:
@@ -27,3 +28,14 @@ class Pictured(Record):
 
     def _repr_html_(self: Any) -> str:
         return later.html_of(self)
+
+
+def pandas() -> Any:
+    """Return the library pandas, for methods called `to_pandas`; MissingExtra if it is not installed."""
+    try:
+        import pandas
+    except ImportError as error:
+        raise MissingExtra(
+            "to_pandas needs pandas. Install it with: pip install pandas"
+        ) from error
+    return pandas

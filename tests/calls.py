@@ -102,6 +102,7 @@ CALLS: dict[str, dict[str, Any]] = {
         "force": True,
     },
     "robustness.acceptable_attitudes": {"alpha": ROWS},
+    "robustness.comparison_of": {"gaits": [ROWS, ROWS]},
     "robustness.drag_margin": {"points": ROWS},
     "robustness.servo_margin": {"points": ROWS},
     "robustness.singular_curve": {"alpha": POINT},

@@ -71,6 +71,11 @@ SHOWN: dict[str, tuple[Callable[[], Any], str]] = {
     "optimal": (lambda: gg.optimal_gait(CORNERS[:1], pieces=8), "gait"),
     "transition": (lambda: gg.transition("hover", "gait4"), "corner"),
     "retargeted": (lambda: gg.retarget("gait3", sign="positive"), "gait"),
+    "location": (lambda: gg.location_of([(-0.3, 0.3), (0.5, 0.5)]), "waypoint 2"),
+    "comparison": (
+        lambda: gg.robustness.comparison_of(["gait3", "gait4"]),
+        "peak rate (rad/s)",
+    ),
     "robustness": (lambda: gg.robustness_of("gait4", bias=0.8), "acceptable"),
 }
 
@@ -108,7 +113,15 @@ def test_pages_are_small_and_safe_and_texts_fit_a_screen(name: str) -> None:
     text = " ".join(page.texts)
     assert words in text
     assert len(html) < 120_000
-    assert {tag for tag, _ in page.elements} <= {"div", "strong", "pre", "img"}
+    assert [tag for tag, _ in page.elements].count("tr") >= len(lines) // 3
+    assert {tag for tag, _ in page.elements} <= {
+        "div",
+        "strong",
+        "table",
+        "tr",
+        "td",
+        "img",
+    }
     for _, attributes in page.elements:
         assert not {"id", "class", "href"} & attributes.keys()
     # Names and messages of the user are there, whatever they hold.

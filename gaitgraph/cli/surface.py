@@ -259,8 +259,7 @@ def region_command(
     waypoints, so that no closed gait passes them, or if there is no part.
     """
     from gaitgraph.planning.location import located
-    from gaitgraph.plots.axes import check_pictures
-    from gaitgraph.plots.gaits import write_regions
+    from gaitgraph.plots.axes import blank_figure, check_pictures, write_pictures
 
     check_pictures(outputs, force=force)
     request, _sampling = request_of(request_file)
@@ -269,7 +268,9 @@ def region_command(
     with working("computing the region"):
         answer = located(request)
         if outputs:
-            write_regions(answer, request.vehicle, outputs, force=force)
+            figure = blank_figure(130.0, 140.0)
+            answer.plot(ax=figure.add_subplot())
+            write_pictures(figure, outputs, force=force)
     return show(
         answer, lines=lines_of_outputs(outputs), more={"outputs": list(outputs)}
     )

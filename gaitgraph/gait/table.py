@@ -24,7 +24,7 @@ import numpy.typing as npt
 from gaitgraph import __version__, later
 from gaitgraph.angles import angles_from, checked_number, number_of
 from gaitgraph.arrays import check_unmasked, freeze_arrays, read_only
-from gaitgraph.errors import FileWarning, InputError, MissingExtra, shown
+from gaitgraph.errors import FileWarning, InputError, shown
 from gaitgraph.gait.digits import Digits
 from gaitgraph.gait.gait import points_on_sheets
 from gaitgraph.invertibility.coefficients import (
@@ -37,7 +37,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     level_determinant_resolution,
 )
-from gaitgraph.pictured import Pictured
+from gaitgraph.pictured import Pictured, pandas
 from gaitgraph.surface.sheets import (
     color_codes,
     color_of,
@@ -288,12 +288,7 @@ class Table(Pictured):
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it."""
-        try:
-            import pandas as pd
-        except ImportError as error:
-            raise MissingExtra(
-                "to_pandas needs pandas. Install it with: pip install pandas"
-            ) from error
+        pd = pandas()
         texts = {
             name: pd.Series(list(self[name]), dtype="category")
             for name in TEXTS

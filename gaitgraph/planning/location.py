@@ -8,6 +8,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import checked_choice
+from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import prepared_region
 from gaitgraph.planning.branch import branches_of
 from gaitgraph.planning.request import PlanRequest, plan_request
@@ -91,37 +92,45 @@ def located(request: PlanRequest) -> Location:
     """
     if request.color == "auto":
         request = replace(request, color="red")
-    regions = []
-    for branch in branches_of(request, request.require):
-        region, reason = prepared_region(branch).region, ""
-        if not region.components:
-            reason = why_empty(
-                region, request.floor, request.vehicle, branch.servo_margin, branch.sign
-            )
-        location = RegionLocation(
-            color=branch.color,
-            sign=branch.sign,
-            region=region,
-            waypoints=request.waypoints,
-            why_empty=reason,
-        )
-        regions.append(location)
-    return Location(
-        require=request.require, accuracy=request.accuracy, regions=tuple(regions)
-    )
+    location = Location(request=request)
+    _ = location.regions  # what the request lacks is said here
+    return location
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Location:
-    """Where waypoints lie; truthy if, for a color and sign of R, there is a part of the region that holds them all.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Location(Pictured):
+    """Where the waypoints of a request lie; truthy if, for a color and sign of R, there is a part of the region that holds them all.
 
-    The `regions`, one for each sign of R of the request, allow what is required, "flyable" or "valid", and lie inside
-    their curved borders by at most the `accuracy` [rad].
+    The `regions`, one for each sign of R of the request, allow what it requires, "flyable" or "valid", and lie inside
+    their curved borders by at most its `accuracy` [rad].
     """
 
-    require: Requirement
-    accuracy: float
-    regions: tuple[RegionLocation, ...]
+    request: PlanRequest
+
+    @cached_property
+    def regions(self) -> tuple[RegionLocation, ...]:
+        """Where the waypoints lie in the region of each branch of the request."""
+        request = self.request
+        regions = []
+        for branch in branches_of(request, request.require):
+            region, reason = prepared_region(branch).region, ""
+            if not region.components:
+                reason = why_empty(
+                    region,
+                    request.floor,
+                    request.vehicle,
+                    branch.servo_margin,
+                    branch.sign,
+                )
+            location = RegionLocation(
+                color=branch.color,
+                sign=branch.sign,
+                region=region,
+                waypoints=request.waypoints,
+                why_empty=reason,
+            )
+            regions.append(location)
+        return tuple(regions)
 
     def __bool__(self) -> bool:
         return any(location.joined for location in self.regions)
@@ -129,15 +138,15 @@ class Location:
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
         return {
-            "use": self.require,
-            "accuracy": self.accuracy,
+            "use": self.request.require,
+            "accuracy": self.request.accuracy,
             "joined": bool(self),
             "regions": [location.as_mapping() for location in self.regions],
         }
 
     def __repr__(self) -> str:
         joined = sum(location.joined for location in self.regions)
-        return f"<Location: {len(self.regions)} {self.require} regions, {joined} with all waypoints in one part>"
+        return f"<Location: {len(self.regions)} {self.request.require} regions, {joined} with all waypoints in one part>"
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.regions))

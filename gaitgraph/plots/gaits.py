@@ -27,11 +27,13 @@ from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.io.columns import checked_table
 from gaitgraph.pictured import Pictured
+from gaitgraph.planning.location import Location
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
 from gaitgraph.plots.planes import FINE, draw_zeros_of_R
 from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.robustness.biased import Robustness, RobustnessReport, robustness_of
+from gaitgraph.robustness.comparing import Comparison
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region, Zones
 from gaitgraph.surface.sheets import RELATION, red_label
@@ -42,7 +44,6 @@ from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.planning.location import Location
     from gaitgraph.planning.request import PlanRequest
 
     Shown = Pictured
@@ -405,54 +405,41 @@ def draw_sheet(
             )
 
 
-def write_regions(
-    found: Location,
-    vehicle: Vehicle,
-    paths: Sequence[str | Path],
-    *,
-    force: bool = False,
-) -> None:
-    """Write a map of admissible regions, their parts with their numbers, and the waypoints as rings."""
-    figure = base.blank_figure(130.0, 140.0)
-    ax = figure.add_subplot()
-    for one in found.regions:
-        _draw_region(
-            ax,
-            one.region,
-            vehicle if one.color == "red" else None,
-            f"{found.require}, {one.color}",
-        )
-        for number, part in enumerate(one.region.components, start=1):
-            base.draw_label(ax, part.representative_point().coords[0], str(number))
-    for number, waypoint in enumerate(found.regions[0].waypoints, start=1):
-        ax.annotate(
-            f"waypoint {number}",
-            waypoint,
-            (0, 6),
-            textcoords="offset points",
-            ha="center",
-        )
-        ax.plot(*waypoint, "ko", markersize=4)
-    ax.set_title(
-        f"Admissible regions, vehicle {vehicle.name}{'' if ax.patches else ': none'}"
-    )
-    base.legend_below(ax, ncols=2)
-    base.write_pictures(figure, paths, force=force)
-
-
 def html_of(shown: Shown) -> str:
-    """Return an object as HTML that can be put anywhere in a page: its text, and its picture but for a report."""
+    """Return an object as HTML that can be put anywhere in a page: its text as a small table, and its picture.
+
+    A report has none: its table says what the picture does.
+    """
     title, _, text = str(shown).partition("\n")
     picture = ""
-    lines = [text]
     if not isinstance(shown, Report):
         picture, words = _picture(shown)
         if words != title:
-            lines.append(words)
-    text = "\n".join(line for line in lines if line)
-    box = f'<div style="flex:1 1 24em;min-width:0"><strong>{escape(title)}</strong>'
-    box += f'<pre style="white-space:pre-wrap">{escape(text)}</pre></div>'
+            text = f"{text}\n{words}"
+    box = f'<div style="flex:1 1 24em;min-width:0"><strong>{escape(title)}</strong>{_table_of(text)}</div>'
     return f'<div style="display:flex;flex-wrap:wrap;align-items:flex-start;gap:4px 20px">{picture}{box}</div>'
+
+
+def _table_of(text: str) -> str:
+    """Return lines of text as an HTML table; two blanks are between cells, and four before a line that goes on."""
+    rows: list[list[str]] = []
+    for line in filter(str.strip, text.splitlines()):
+        cells = re.split(" {2,}", line.strip())
+        if not line.startswith("    "):
+            rows.append(cells)
+        elif len(cells) == 1 and rows:
+            rows[-1][-1] += f" {cells[0]}"
+        else:  # the first cell is empty
+            rows.append(["", *cells])
+    columns = max(map(len, rows), default=0)
+    table = ""
+    for *cells, last in rows:
+        span = columns - len(cells)
+        table += "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
+        table += (
+            f'<td colspan="{span}" style="text-align:left">{escape(last)}</td></tr>'
+        )
+    return f"<table>{table}</table>"
 
 
 def _picture(shown: Shown) -> tuple[str, str]:
@@ -558,10 +545,42 @@ def _(report: RobustnessReport, ax: Axes) -> str:
     return ""
 
 
+@_drawn.register(Comparison)
+def _(comparison: Comparison, ax: Axes) -> str:
+    for name, timed in zip(comparison.names, comparison.gaits, strict=True):
+        gait_loop(timed.gait, label=name, ax=ax)
+    base.legend_below(ax, ncols=2)
+    return ""
+
+
 @_drawn.register(Region)
 def _(region: Region, ax: Axes) -> str:
     _draw_region(ax, region)
     return ""
+
+
+@_drawn.register(Location)
+def _(location: Location, ax: Axes) -> str:
+    """Draw admissible regions, their parts with their numbers, and the waypoints."""
+    request = location.request
+    for place in location.regions:
+        _draw_region(
+            ax,
+            place.region,
+            request.vehicle if place.color == "red" else None,
+            f"{request.require}, {place.color}",
+        )
+        for number, part in enumerate(place.region.components, start=1):
+            base.draw_label(ax, part.representative_point().coords[0], str(number))
+    for number, waypoint in enumerate(request.waypoints, start=1):
+        words = f"waypoint {number}"
+        look: dict[str, Any] = {"textcoords": "offset points", "ha": "center"}
+        ax.annotate(words, waypoint, (0, 6), **look)
+        ax.plot(*waypoint, "ko", markersize=4)
+    none = "" if ax.patches else ": none"
+    ax.set_title(f"Admissible regions, vehicle {request.vehicle.name}{none}")
+    base.legend_below(ax, ncols=2)
+    return f"{request.require} regions with the waypoints"
 
 
 @_drawn.register(Vehicle)

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
         RobustnessReport as RobustnessReport,
         robustness_of as robustness_of,
     )
+    from gaitgraph.robustness.comparing import (
+        Comparison as Comparison,
+        comparison_of as comparison_of,
+    )
 else:
     __getattr__, __dir__ = lazy_names(
         __name__,
@@ -38,6 +42,7 @@ else:
                 "RobustnessReport",
                 "robustness_of",
             ],
+            "gaitgraph.robustness.comparing": ["Comparison", "comparison_of"],
             "gaitgraph.invertibility.error_margins": [
                 "ErrorMargin",
                 "drag_margin",

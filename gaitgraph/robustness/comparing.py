@@ -1,0 +1,176 @@
+"""Gaits side by side: their verdicts, margins, thrusts and rates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite, isnan
+from typing import TYPE_CHECKING, Any
+
+from gaitgraph.errors import InputError
+from gaitgraph.gait.gait import name_of
+from gaitgraph.invertibility.segment_bounds import thrust_shares_along
+from gaitgraph.pictured import Pictured, pandas
+from gaitgraph.robustness.biased import robustness_of
+from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
+from gaitgraph.validation.report import limited_quantities
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from gaitgraph.gait.given import GaitLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.vehicle import VehicleLike
+
+_UNITS = {
+    "length": "rad",
+    "period": "s",
+    "tilt_margin_deg": "degrees",
+    "acceptable_fraction": "of attitudes",
+    "servo_margin_deg": "degrees",
+    "drag_margin": "of the drag ratio",
+    "least_hover_thrust": "m·g",
+    "largest_hover_thrust": "m·g",
+    "hover_power": "of level hover",
+    "peak_rate": "rad/s",
+    "peak_acceleration": "rad/s²",
+}
+
+
+def comparison_of(
+    gaits: Sequence[GaitLike],
+    *,
+    names: Sequence[str] | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    period: float | None = None,
+) -> Comparison:
+    """Return gaits of any form side by side, under their own names by default.
+
+    Hover thrusts and the least singular value are those of level flight, with exact coefficients, as the margins are.
+    Raises InputError if there is no gait, or if one or an option is malformed.
+
+    >>> comparison = comparison_of(["gait1", "gait3"])
+    >>> [row["flyable"] for row in comparison.rows]
+    [False, True]
+    """
+    if isinstance(gaits, str) or not hasattr(gaits, "__iter__"):
+        raise InputError("gaits must be a list of gaits", field="gaits")
+    options: dict[str, Any] = {
+        "vehicle": vehicle,
+        "coefficients": coefficients,
+        "period": period,
+    }
+    timed = tuple(timed_gait_of(gait, **options) for gait in gaits)
+    if names is None:
+        names = [
+            gait if isinstance(gait, str) else name_of(one.gait)
+            for gait, one in zip(gaits, timed, strict=True)
+        ]
+    return Comparison(names=tuple(names), gaits=timed)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparison(Pictured):
+    """Gaits side by side, with their names; `rows` has what is compared of each."""
+
+    names: tuple[str, ...]
+    gaits: tuple[TimedGait, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.names) != len(self.gaits) or not self.gaits:
+            raise InputError(
+                f"names must be one for each gait, got {len(self.names)} of {len(self.gaits)} gaits",
+                field="names",
+            )
+
+    @cached_property
+    def rows(self) -> tuple[dict[str, Any], ...]:
+        """What is compared, by name, of each gait; None or NaN for what does not exist."""
+        named = zip(self.names, self.gaits, strict=True)
+        return tuple({"gait": name, **_numbers(timed)} for name, timed in named)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the rows as plain values, ready for JSON."""
+        rows = [
+            {name: _finite_or_none(value) for name, value in row.items()}
+            for row in self.rows
+        ]
+        return {"gaits": rows}
+
+    def to_pandas(self) -> Any:
+        """Return the rows as a pandas frame."""
+        return pandas().DataFrame(list(self.rows))
+
+    def __repr__(self) -> str:
+        return f"<Comparison: {', '.join(self.names)}>"
+
+    def __str__(self) -> str:
+        """Return a line for each number of the gaits, and why one is not flyable."""
+        lines = []
+        for name in self.rows[0]:
+            if name == "reason":
+                continue
+            title = name.removesuffix("_deg").replace("_", " ")
+            if name in _UNITS:
+                title += f" ({_UNITS[name]})"
+            lines.append([f"{title:<34}", *(_text(row[name]) for row in self.rows)])
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        texts = []
+        for cells in lines:
+            pairs = zip(cells, widths, strict=True)
+            texts.append("  ".join(cell.ljust(width) for cell, width in pairs).rstrip())
+        refused = [row for row in self.rows if row["reason"]]
+        texts += [f"{row['gait']} is not flyable: {row['reason']}" for row in refused]
+        return "\n".join(texts)
+
+
+def _numbers(timed: TimedGait) -> dict[str, Any]:
+    """Return what is compared of a gait."""
+    gait = timed.gait
+    report = timed.check()
+    robustness = robustness_of(timed, curves=1).gait.as_mapping()
+    least_thrust = report["hover_thrust"].value
+    largest_thrust = None
+    if least_thrust is not None:  # NaN unless all are positive
+        _, _, largest = thrust_shares_along(gait.alpha, gait.ends, gait.vehicle)
+        largest_thrust = -float(largest.upper.min())
+    return {
+        "flyable": report.flyable,
+        "valid": report.valid,
+        "reachable_from_hover": report.reachable_from_hover,
+        "not_judged": report.not_judged,
+        "reason": report.reason,
+        "vehicle": gait.vehicle.name,
+        "color": gait.color,
+        "length": gait.length if timed.repeats else gait.length / 2,
+        "period": timed.period,
+        "least_singular_value": report["least_singular_value"].value,
+        "tilt_margin_deg": robustness["tilt_margin_deg"],
+        "acceptable_fraction": robustness["acceptable_fraction"],
+        "servo_margin_deg": robustness["servo_margin_deg"],
+        "drag_margin": robustness["drag_margin"],
+        "least_hover_thrust": least_thrust,
+        "largest_hover_thrust": largest_thrust,
+        "hover_power": report.hover_power,
+        "peak_rate": report["tilt_rate"].value,
+        "peak_acceleration": report["tilt_acceleration"].value,
+    }
+
+
+def _finite_or_none(value: Any) -> Any:
+    if isinstance(value, float) and not isfinite(value):
+        return None
+    return value
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, tuple):
+        return limited_quantities(value) or "nothing"
+    if isinstance(value, str):
+        return value
+    if value is None or isnan(value):
+        return "none"
+    return f"{value:.4g}"
