@@ -18,12 +18,9 @@ separated by the line across the shortest segment between them. So each side of 
 half-plane with all of the side beyond it, and a few of them shut out all sides: they are a convex *cell* around the
 hull, inside the polygon. While every hull stays in its cell the whole curve stays inside.
 
-In unknowns scaled by the modes of the effort, the effort is half the squared distance from the origin. The best spline
-whose hulls stay in given cells is then the point of a polyhedron that is nearest to the origin: Lawson and Hanson's
-least distance programming, which nonnegative least squares solves. The cells are then drawn anew around it. When each
-disc is passed is unknown too: it moves a little, to first order, and is then held fixed for a second programme, which
-makes the loop admissible again. Last, sequential quadratic programming settles discs and passes exactly. Each loop of
-the sequence is admissible, and its effort is less than that of the one before. What it ends in is a local optimum.
+Sequential quadratic programming finds the best spline whose hulls stay in given cells, and when each disc is passed, in
+unknowns scaled by the modes of the effort. The cells are then drawn anew around it. Each loop of the sequence is
+admissible, and its effort is less than that of the one before. What it ends in is a local optimum.
 """
 
 from __future__ import annotations
@@ -57,18 +54,15 @@ _BEZIER = (
 )  # points of a piece from its control
 _PRODUCTS = np.array([2 / 3, -1 / 8, -1 / 5, -1 / 120])
 _BEYOND = 1e-12
-_FAR = 0.2  # how far cells reach in the first rounds [rad]
-_NEAR = 0.03  # and when the loop is settled [rad]
-_PROGRESS = 1e-4  # relative decrease that ends the first rounds
-_SETTLED = 1e-10  # and the last ones
+_REACH = 0.1  # of cells beyond their piece [rad]
+_SETTLED = 1e-10  # relative decrease of the effort that ends the rounds
 _MOST_ROUNDS = 40
-_LAST_ROUNDS = 6
+_EVENED_ROUNDS = 3
 _SLACK = 1e-10
-_CHOSEN = 0.02  # sides of cells this near are constraints from the beginning, others when they are crossed [rad]
-_MOST_CHOICES = 30  # of sides
-_MOST_REFINED = 6  # the same, by sequential quadratic programming
+_CHOSEN = 0.01  # sides of cells this near are constraints from the beginning, others when they are crossed [rad]
+_MOST_CHOICES = 6  # of sides
+_MOST_STEPS = 500
 _ACTIVE = 1e-6
-_SIDES = 32  # discs count as polygons where they must be linear
 _STILL = 1e-2  # weight of moving the loop as a whole, which costs no effort, against that of its lowest mode
 
 
@@ -223,14 +217,14 @@ class LeastEffort:
             >= 0.9 * self.clearance
         )
 
-    def cells(self, hulls: FloatArray, reach: float) -> HalfPlanes:
+    def cells(self, hulls: FloatArray) -> HalfPlanes:
         """Return a convex cell around each hull of four points, (h, 4, 2), inside the polygon, clear of its border.
 
-        A cell goes `reach` beyond the bounding box of its piece; sides farther away are not looked at.
+        A cell goes 0.1 rad beyond the bounding box of its piece; sides farther away are not looked at.
         """
         count = len(hulls)
-        low = hulls.min(axis=1) - reach
-        high = hulls.max(axis=1) + reach
+        low = hulls.min(axis=1) - _REACH
+        high = hulls.max(axis=1) + _REACH
         boxes = shapely.box(*(low - self.clearance).T, *(high + self.clearance).T)
         owner, side = self._tree.query(boxes)
         shapes: Any = shapely.convex_hull(shapely.multipoints(hulls))
@@ -294,44 +288,25 @@ class LeastEffort:
 
     def solve(self, loop: SmoothLoop) -> tuple[SmoothLoop, list[float]]:
         """Return the optimized loop, and the efforts of all loops on the way; none if the start is not admissible."""
-        best = loop
-        history = [loop.effort]
-        trust = 2.0
-
-        def improved(found: SmoothLoop | None) -> bool:
-            nonlocal best
-            if found is None or not self._admits(found) or found.effort >= history[-1]:
-                return False
-            best = found
-            history.append(found.effort)
-            return True
-
         if not self._admits(loop):
             return loop, []
+        best = loop
+        history = [loop.effort]
         for number in range(_MOST_ROUNDS):
             before = history[-1]
-            moved = improved(self._ahead(best, trust))
-            if moved:
-                trust = min(1.5 * trust, len(best.points) / 8)
-            else:
-                trust /= 3
-            # At first the start's control points are unevenly spread; from even ones it ends up to 1 % lower.
-            if number < 4:
-                moved = improved(self._smoothed(best)) or moved
-            if (
-                not self.in_time
-                or trust < 1e-3
-                or (moved and before - history[-1] <= _PROGRESS * before)
-            ):
-                break
-        # Small cells, discs and passes as they are.
-        for _ in range(_LAST_ROUNDS):
-            before = history[-1]
-            if (
-                not self.in_time
-                or not improved(self.program(best).refined())
-                or before - history[-1] <= _SETTLED * before
-            ):
+            starts = [best]
+            # The first control points are unevenly spread; from even ones it ends up to 12 % lower.
+            even = self.evened(best) if number < _EVENED_ROUNDS else None
+            if even is not None:
+                starts.insert(0, even)
+            for start in starts:
+                better = self.program(start).best()
+                if better is None or not self._admits(better):
+                    continue
+                if better.effort < history[-1]:
+                    best = better
+                    history.append(better.effort)
+            if not self.in_time or before - history[-1] <= _SETTLED * before:
                 break
         return best, history
 
@@ -343,23 +318,9 @@ class LeastEffort:
     def _admits(self, loop: SmoothLoop) -> bool:
         return self.discs.misses(loop.passed()) <= 1e-9 and self.keeps_inside(loop)
 
-    def _ahead(self, loop: SmoothLoop, trust: float) -> SmoothLoop | None:
-        """Return the best loop with the passes moved to first order, made admissible with the passes held."""
-        ahead = self.program(loop, _FAR).projected(trust)
-        if ahead is None:
-            return None
-        return self.program(ahead, _FAR).projected(0.0)
-
-    def _smoothed(self, loop: SmoothLoop) -> SmoothLoop | None:
-        """Return the best loop from evenly spread control points."""
-        even = self.evened(loop)
-        if even is None:
-            return None
-        return self.program(even, _FAR).projected(0.0)
-
-    def program(self, loop: SmoothLoop, reach: float = _NEAR) -> Program:
+    def program(self, loop: SmoothLoop) -> Program:
         """Return the problem in the cells around a loop."""
-        return Program(loop, self.discs, self.cells(loop.hulls, reach))
+        return Program(loop, self.discs, self.cells(loop.hulls))
 
 
 class Program:
@@ -447,85 +408,18 @@ class Program:
         off, slopes = self.at_discs(x)
         return off[~self.round].T.ravel(), slopes[:, ~self.round].reshape(-1, len(x))
 
-    def projected(self, trust: float) -> SmoothLoop | None:
-        """Return the best loop, to first order in the passes, each of which moves by at most `trust`; or None.
-
-        Discs are replaced by polygons inside them, with a corner where the loop passes now. Moving a pass costs as much
-        as its square in units of twice the trust.
-        """
-        x, size = self.origin, 2 * self.count
-        scale = np.ones(len(x))
-        scale[size:] = 2 * trust / self.unit
-        # In unknowns whose squared distance from the origin is to be least; the loop as a whole stays near where it is.
-        start = x / np.where(scale > 0, scale, 1.0)
-        start[:2] = 0.0
-        gap, equal = self.point_gap(x)
-        solutions = _solutions(equal * scale, gap, start)
-        if solutions is None:
-            return None  # two points are to be passed at once
-        base, free = solutions
-        always, most = self._always(trust)
-        length = math.sqrt(2 * self.loop.effort) + 1e-9
-        slack = self.slack(x)
-        chosen = slack < _CHOSEN
-        for _ in range(_MOST_CHOICES):
-            rows = np.concatenate([-self.slack_slope(chosen), always]) * scale
-            limits = np.concatenate([slack[chosen], most]) + rows @ (start - base)
-            step = _nearest_to_origin(rows @ free, limits, length)
-            if step is None:
-                return None
-            beyond = rows @ (free @ step) - limits
-            if beyond.max(initial=0.0) > _SLACK:
-                return None
-            best = (base + free @ step) * scale
-            best[:2] += x[:2]
-            crossed = self.slack(best) < -_SLACK
-            if not (crossed & ~chosen).any():
-                return self.loop_at(best)
-            chosen |= crossed
-        return None
-
-    def _always(self, trust: float) -> tuple[FloatArray, FloatArray]:
-        """Return the limits beside those of cells: rows, and how far inside them the loop is; of discs, and of moves."""
-        sides, inside = self._disc_sides()
-        if not trust or not self.later:
-            return sides, inside
-        moves = np.eye(self.later, len(self.origin), 2 * self.count)
-        earlier, later = np.minimum(
-            trust / self.unit, 0.9 * np.abs(self.bounds.T[::-1])
-        )
-        rows = np.concatenate([sides, moves, -moves])
-        return rows, np.concatenate([inside, earlier, later])
-
-    def _disc_sides(self) -> tuple[FloatArray, FloatArray]:
-        """Return the sides of polygons inside the discs, as rows, and how far inside them the loop passes."""
-        off, (first, second) = (
-            part[..., self.round, :] for part in self.at_discs(self.origin)
-        )
-        # A direction that is rounding alone would differ between processors.
-        ahead, aside = np.round(off, 12).T + 0.0
-        turns = np.arctan2(aside, ahead) + (np.arange(_SIDES) + 0.5)[:, None] * (
-            2 * math.pi / _SIDES
-        )
-        cosine = np.cos(turns)
-        sine = np.sin(turns)
-        sides = cosine[..., None] * first + sine[..., None] * second
-        apothem = self.discs.radii[self.round] * math.cos(math.pi / _SIDES)
-        inside = apothem - cosine * off[:, 0] - sine * off[:, 1]
-        return sides.reshape(-1, len(self.origin)), inside.ravel()
-
-    def refined(self) -> SmoothLoop | None:
+    def best(self) -> SmoothLoop | None:
         """Return the best loop, by sequential quadratic programming from the loop itself, or None if it fails."""
-        chosen = self.slack(self.origin) < _CHOSEN / 2
-        for _ in range(_MOST_REFINED):
-            x = self._refined_within(chosen)
+        chosen = self.slack(self.origin) < _CHOSEN
+        for _ in range(_MOST_CHOICES):
+            x = self._best_within(chosen)
             crossed = self.slack(x) < -_SLACK
             if not (crossed & ~chosen).any():
                 return self.loop_at(x)
             chosen |= crossed
         return None
 
-    def _refined_within(self, chosen: BoolArray) -> FloatArray:
+    def _best_within(self, chosen: BoolArray) -> FloatArray:
         """Return the unknowns of the best loop that keeps within the chosen sides of cells, and passes the discs."""
         from scipy.optimize import minimize
 
@@ -546,7 +440,10 @@ class Program:
             method="SLSQP",
             bounds=np.vstack([free, self.bounds]),
             constraints=constraints,
-            options={"maxiter": 60, "ftol": 1e-12 * self.effort(self.origin)[0]},
+            options={
+                "maxiter": _MOST_STEPS,
+                "ftol": 1e-12 * self.effort(self.origin)[0],
+            },
         )
         return np.asarray(result.x)
 
@@ -588,41 +485,6 @@ def _constraint(
         "fun": lambda x: values(x)[0],
         "jac": lambda x: values(x)[1],
     }
-
-
-def _solutions(
-    equal: FloatArray, gap: FloatArray, start: FloatArray
-) -> tuple[FloatArray, FloatArray] | None:
-    """Return all z with equal·(z − start) = −gap: one of them, and a basis of what may be added; None if unsure."""
-    count = len(gap)
-    if not count:
-        return np.zeros(len(start)), np.eye(len(start))
-    across, triangle = np.linalg.qr(equal.T, mode="complete")
-    triangle = triangle[:count]
-    if np.abs(np.diag(triangle)).min() < 1e-9 * np.abs(triangle).max():
-        return None
-    base = across[:, :count] @ np.linalg.solve(triangle.T, equal @ start - gap)
-    return base, across[:, count:]
-
-
-def _nearest_to_origin(
-    rows: FloatArray, limits: FloatArray, length: float
-) -> FloatArray | None:
-    """Return the point nearest to the origin with rows·z ≤ limits, about `length` away; None if there is none.
-
-    Least distance programming by nonnegative least squares (Lawson and Hanson, Solving Least Squares Problems, 23.4).
-    """
-    lefts = np.vstack([-rows.T, -limits[None] / length])
-    right = np.zeros(len(lefts))
-    right[-1] = 1.0
-    try:
-        multipliers, remaining = _nonnegative(lefts, right)
-    except RuntimeError:
-        return None
-    if remaining < 1e-7:
-        return None
-    residual = lefts @ multipliers - right
-    return np.asarray(residual[:-1] * (-length / residual[-1]))
 
 
 def _nonnegative(columns: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
