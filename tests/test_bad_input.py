@@ -5,9 +5,11 @@ from __future__ import annotations
 import errno
 import inspect
 import math
+import os
 import pickle
 import re
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,9 +27,6 @@ from gaitgraph.files import (
 from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
 from gaitgraph.study.design import study_from_mapping
 from tests.calls import CALLS, FUNCTIONS, GEOMETRY, ROWS, TIMED, X_FRAME
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 NAN, INF, RIGHT = math.nan, math.inf, math.pi / 2
 HIDDEN = np.ma.array([0.3, 0.4], mask=[False, True])
@@ -444,6 +443,8 @@ def test_files_are_written_whole_or_not_at_all(tmp_path: Path) -> None:
     link.symlink_to(first)
     with pytest.raises(gg.errors.OutputExists, match="exists"):
         write_whole([(fresh, b"new"), (first, b"new")], force=False)
+    with pytest.raises(FileProblem, match="'/proc/bad' cannot be written"):
+        write_whole([(fresh, b"new"), (Path("/proc/bad"), b"new")], force=True)
     assert not fresh.exists()
     assert first.read_text() == "old"
     write_whole([(fresh, b"new"), (link, b"new")], force=True)
@@ -461,6 +462,9 @@ def test_files_are_written_whole_or_not_at_all(tmp_path: Path) -> None:
         (["none/a.csv"], "output folder .*none' does not exist"),
         (["file/a.csv"], "output .*file.* is not a folder|Not a directory"),
         (["nu\0ll.csv"], "cannot be written"),
+        (["x" * 300], "File name too long"),
+        (["pipe"], "got a special file"),
+        (["loop"], "exists|cannot be written|symbolic link"),
         (["file"], "exists; overwrite it with force=True"),
     ],
 )
@@ -469,6 +473,8 @@ def test_outputs_are_checked_before_any_work(
 ) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").write_text("")
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
     with pytest.raises(gg.GaitgraphError, match=said):
         check_new_files([f"{tmp_path}/{name}" for name in outputs], force=False)
     check_new_files([tmp_path / "new.csv", tmp_path / "other.csv"], force=False)

@@ -8,7 +8,6 @@ import re
 import struct
 import subprocess
 import sys
-import warnings
 import zipfile
 from dataclasses import replace
 from io import BytesIO, StringIO
@@ -33,7 +32,7 @@ from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 from tests.mutated import check_mutations, refusal
 from tests.published import GAITS
-from tests.samples import table_from, write_rows
+from tests.samples import table_from
 
 if TYPE_CHECKING:
     from gaitgraph.timing.laws import LawName
@@ -151,7 +150,6 @@ def test_rows_that_were_edited_win_over_stated_corners(suffix: str) -> None:
     nudge = np.where(np.arange(8) == 3, 2e-6, 0.0)
     for columns in (
         {"alpha1": table["alpha1"] + nudge},
-        {"t": table["t"] * 1.001},
         {"color": (*["red"] * 7, "blue")},
     ):
         edited = replace(table, columns=table.columns | columns)
@@ -160,20 +158,8 @@ def test_rows_that_were_edited_win_over_stated_corners(suffix: str) -> None:
             assert len(gg.gait_of(path).alpha) > 3
         with pytest.warns(FileWarning):
             assert "is not used" in gg.validate(path).warnings[-1]
-    with pytest.warns(FileWarning, match="row 6 is missing"):
-        assert timed_gait_of(table.rows(0, 5)).period == pytest.approx(5 / 7)
-    faster = table.columns | {"alpha1_rate": np.full(8, 99.0)}
-    with pytest.warns(FileWarning, match="row 1 has alpha1_rate = 99"):
-        assert (
-            gg.validate(replace(table, columns=faster))["tilt_rate"].value or 0
-        ) < 99
     with pytest.warns(FileWarning, match="the stated motion cannot be made"):
         gg.gait_of(replace(table, about=table.about | {"corners": [[1]]}))
-    # Rounded rows are those of the gait.
-    numbers = table.columns.items()
-    rounded = {k: np.round(v, 5) for k, v in numbers if isinstance(v, np.ndarray)}
-    same = replace(table, columns=table.columns | rounded)
-    assert gg.gait_of(same).alpha.tolist() == PLAN.gait.alpha.tolist()
 
 
 @pytest.mark.parametrize("suffix", TABLES)
@@ -442,25 +428,6 @@ def test_files_with_something_else_are_refused(
         assert re.search(message, refusal(write_columns(suffix, columns)))
 
 
-@pytest.mark.parametrize(
-    ("times", "note"),
-    [
-        ([0, 50, 100], "row 3 is 100 s after row 1, more than a minute: is t in s?"),
-        ([0, 20, 40], ""),
-        ([0, 1, 2, 3, 30], "row 5 is 27 s after the row before, 27 times the median"),
-    ],
-)
-def test_times_that_are_probably_wrong_are_noted(times: list[float], note: str) -> None:
-    rows = np.column_stack([times, [[*ROW.values()]] * len(times)])
-    write_rows(Path("a.csv"), rows)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        gg.validate("a.csv")
-    said = "".join(str(warning.message) for warning in caught)
-    assert note in said
-    assert bool(note) == bool(said)
-
-
 ROW = dict(zip(ANGLES, [0.4, -0.4, 0.4, -0.4], strict=True))
 PATH = [[*ROW.values()]] * 2
 
@@ -469,27 +436,6 @@ def test_json_of_rows_and_of_plans_is_read() -> None:
     for content in ([ROW] * 2, {"path": PATH, "colors": ["red"] * 2}):
         table = read_table(StringIO(json.dumps(content)), format="json")
         assert table.alpha.tolist() == PATH
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ([ROW, {"t": 1}], "row 2 must be an object with the fields of row 1"),
-        ({"waypoints": [[0, 0]]}, "it holds a request, which is planned first"),
-        ({"columns": 3}, "columns must be an object of lists"),
-        (
-            {"status": "infeasible", "reason": "so", "path": []},
-            "it holds a plan without a gait: so",
-        ),
-        ({"path": []}, "path must be a list"),
-        ({"path": [[0.4] * 3]}, "path must be a list"),
-        ({"path": PATH, "colors": "red"}, "colors must be a list"),
-    ],
-)
-def test_json_of_something_else_is_refused(content: Any, message: str) -> None:
-    path = Path("a.json")
-    path.write_text(json.dumps(content))
-    assert message in refusal(path)
 
 
 class Trap:
