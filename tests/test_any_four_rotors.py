@@ -27,6 +27,7 @@ from tests.samples import (
     EVERY_KIND,
     LEANING,
     ODD,
+    STANDING,
     by_vehicle,
     small_gait,
     symmetric_vehicle,
@@ -36,28 +37,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-RNG = np.random.default_rng(4)
-
-
-def random_vehicle() -> gg.Vehicle:
-    cross = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0.0]]) * 0.3
-    places = cross + RNG.normal(0, 0.05, (4, 3))
-    drags = RNG.uniform(0.01, 0.06, 4)
-    return gg.Vehicle(mass=1.2, rotor_positions=places, drag_to_thrust=drags)
-
-
-def vehicle_of_any_axes() -> gg.Vehicle:
-    plain = random_vehicle()
-    outward, upward = plain.axes
-    return plain.replace(
-        tilt_axes=outward + RNG.normal(0, 0.3, (4, 3)),
-        thrust_axes=upward + RNG.normal(0, 0.3, (4, 3)),
-        spins=RNG.choice(["clockwise", "counterclockwise"], 4).tolist(),
-    )
-
-
-VEHICLES = [random_vehicle() for _ in range(8)]
-OF_ANY_AXES = [vehicle_of_any_axes() for _ in range(8)]
 STEPPED = gg.Vehicle(
     name="pairs at two heights",
     mass=1.6,
@@ -83,7 +62,7 @@ ROWS = np.array(
 # -- Surfaces
 
 
-@by_vehicle(*EVERY_KIND[3:], OF_ANY_AXES[0])
+@by_vehicle(*EVERY_KIND[3:], STANDING)
 def test_roots_are_those_of_an_independent_search(vehicle: gg.Vehicle) -> None:
     """Of two roots one is singular at every attitude, and a fine grid has no other."""
     exact = coefficients_of(vehicle, "exact")
@@ -110,7 +89,7 @@ def test_roots_are_those_of_an_independent_search(vehicle: gg.Vehicle) -> None:
 
 
 @pytest.mark.parametrize("sign", ["positive", "negative"])
-@pytest.mark.parametrize("vehicle", [VEHICLES[4], OF_ANY_AXES[4]])
+@by_vehicle(ODD, LEANING)
 def test_a_graph_keeps_its_contract_and_its_edges_are_those_of_the_physics(
     vehicle: gg.Vehicle, sign: Any
 ) -> None:
@@ -141,12 +120,11 @@ def test_a_graph_keeps_its_contract_and_its_edges_are_those_of_the_physics(
 
 
 def test_a_loop_is_colored_red_where_R_has_one_sign() -> None:
-    for vehicle in VEHICLES:
-        loop = RNG.uniform(-0.5, 0.5, (5, 2))
-        exact = coefficients_of(vehicle, "exact")
+    exact = coefficients_of(ODD, "exact")
+    for loop in np.random.default_rng(4).uniform(-0.5, 0.5, (8, 5, 2)):
         red, _ = curved_roots(loop[:, 0], loop[:, 1], exact)
         R = attitude_sensitivities(red, exact)[:, 2]
-        answer = gg.colorings(loop, vehicle=vehicle)
+        answer = gg.colorings(loop, vehicle=ODD)
         assert answer.counts["positive"] == (R > 0).all()
         assert answer.counts["negative"] == (R < 0).all()
         assert not answer or {*answer.first[0].colors} == {"red"}
