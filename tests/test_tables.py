@@ -17,7 +17,15 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.given import gait_of
-from gaitgraph.gait.table import ANGLES, ORDER, Table, provenance_text
+from gaitgraph.gait.table import (
+    ANGLES,
+    ORDER,
+    RATES,
+    Table,
+    accelerations_of,
+    provenance_text,
+    repeated,
+)
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.geometry import Geometry
 from gaitgraph.invertibility.matrices import level_determinant
@@ -153,6 +161,26 @@ def test_quotation_marks_hold_texts_whole_and_swallow_nothing(tmp_path: Path) ->
             read_table(path)
         broken[place] = f'"x\ny",{row}'  # a line break in quotation marks is no row
         assert len(read_table(written(path, f"note,{HEAD}", *broken))) == 3000
+
+
+@pytest.mark.parametrize(
+    ("alpha", "expected"),
+    [
+        ([0.1, 0.2, 0.3, 0.4], [1, 1.5, -0.5, -3]),  # over one step at its ends
+        ([0.1, 0.2, 0.3, 0.1], [-1, 1.5, -0.5, -1]),  # it goes on at its first row
+    ],
+)
+def test_accelerations_are_slopes_of_rates_over_two_steps(
+    alpha: list[float], expected: list[float]
+) -> None:
+    rates: dict[str, Any] = dict.fromkeys(RATES, np.array([0.0, 1.0, 3.0, 0.0]))
+    table = table_from(np.transpose([alpha] * 4), t=np.arange(4.0), **rates)
+    np.testing.assert_allclose(accelerations_of(table)[:, 2], expected)
+
+
+def test_a_repeated_table_goes_on_at_its_end() -> None:
+    table = table_from([[0.1] * 4, [0.2] * 4, [0.1] * 4], t=[3, 4, 5])
+    assert repeated(table, 2)["t"].tolist() == [3, 4, 5, 6, 7]
 
 
 # What is refused
