@@ -415,17 +415,6 @@ class Vehicle(Pictured):
                 )
         return tuple(getattr(self, name) for name in names)
 
-    def check_default_axes(self, purpose: str, *, spins: bool = False) -> None:
-        """Raise InputError if a rotor has axes of its own, or with `spins` also unless these alternate."""
-        for name in ("tilt_axes", "thrust_axes", "spins")[: 3 if spins else 2]:
-            stated = getattr(self, name)
-            if stated is not None:
-                raise InputError(
-                    f"{name} must be omitted for {purpose}, got {shown(stated)}",
-                    field=name,
-                    value=stated,
-                )
-
     def replace(self, **changes: Any) -> Vehicle:
         """Return a vehicle with some constants changed; what was derived from them is derived again.
 
