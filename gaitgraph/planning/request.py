@@ -94,7 +94,7 @@ class PlanRequest(Record):
     :func:`gaitgraph.planning.planner.plan_loop` says what each field means. Texts and files are read and waypoints that
     repeat in a row merged, so that a request holds each value in one form; InputError if a value is malformed.
     `coefficients` None are those of the vehicle. `merged` counts the waypoints that were left out. With a function as
-    `weight` the request, and its plan, have no :meth:`as_dict`, and are pickled only if the function can be imported.
+    `weight` the request, and its plan, have no `as_dict`, and are pickled only if the function can be imported.
     """
 
     waypoints: tuple[Point, ...] = ()
