@@ -229,6 +229,20 @@ def negative_blue_nodes() -> list[int]:
     return [(values < 0).sum() for values in R(blue_root)]
 
 
+def roots_by_place() -> list[list[int]]:
+    """Return how many roots the nodes inside, on the sides and in the corners have, and how many nodes these are."""
+    places = (middle, sides, corners)
+    return [
+        [root for place in places for root in np.unique(place)],
+        [place.size for place in places],
+    ]
+
+
+def slopes_of_planes() -> list[Floats]:
+    """Return the slopes of α3 on red and blue, and those of α4."""
+    return [slopes(sheet, angle) for angle in (2, 3) for sheet in (red_root, blue_root)]
+
+
 def slopes(sheet: Floats, angle: int) -> Floats:
     """Return the slopes of α3 by α1 (angle 2) or of α4 by α2 (3), but for the row that is shifted by π."""
     angles = sheet[1:, :, 2] if angle == 2 else sheet[:, :-1, 3].T
