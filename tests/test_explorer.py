@@ -34,7 +34,13 @@ from gaitgraph.explorer.server import HEADERS, application, setup_answer
 from gaitgraph.explorer.state import DEFAULTS, LIMITS, state_of
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.forms import rotors_of
+from gaitgraph.surface.curved import sheet_of
+from gaitgraph.surface.curved_region import sheet_region
+from gaitgraph.surface.sheets import SIGNS
+from gaitgraph.vehicle import vehicle_named
 from tests.published import GAITS
+from tests.samples import LEANING, ODD
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -138,10 +144,69 @@ def test_a_plan_is_what_plan_loop_returns(number: int) -> None:
     assert answer["verdict"] == plan.report.in_words
     assert plan.report.verdict.endswith(answer["caveat"])
     assert answer["surface"].startswith(f"{GAITS[number - 1].color}, R ")
-    bearings = [0, math.pi / 2, math.pi, 3 * math.pi / 2]
     view = answer["vehicle_view"]
-    assert view["bearings"] == pytest.approx(bearings, abs=1e-6)
+    assert view["places"] == [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
+    assert view["frames"][1] == [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
     assert view["clockwise"] == [True, False, True, False]
+
+
+@pytest.mark.parametrize("vehicle", [ODD, LEANING])
+def test_a_vehicle_that_is_not_symmetric_is_planned_and_drawn(
+    vehicle: gg.Vehicle,
+) -> None:
+    corners = [[-0.8, 0.8], [-0.8, 0.7], [-0.9, 0.8]]
+    state = {"vehicle": vehicle.as_mapping(), "waypoints": corners}
+    answer = plan_answer(state)
+    assert json.dumps(answer, allow_nan=False)
+    assert (answer["status"], answer["flyable"]) == ("planned", True)
+    assert (answer["types"], answer["colors"]) == ([], [])
+    series = np.array(answer["series"]["alpha"])
+    third, fourth = sheet_of(rotors_of(vehicle)).angles(*series[:2]).T
+    assert series[2:] == pytest.approx(np.array([third, fourth]), abs=2e-6)
+    tilt_axes, thrust_axes = vehicle.axes
+    frames = np.array(answer["vehicle_view"]["frames"])
+    assert frames[:, :, 0] == pytest.approx(tilt_axes, abs=1e-6)
+    assert frames[:, :, 2] == pytest.approx(thrust_axes, abs=1e-6)
+    assert np.linalg.det(frames) == pytest.approx(1, abs=1e-5)
+    assert diagram_answer(state)["biased"]["verdict"]
+    assert plan_answer(state | {"waypoints": []})["status"] == "empty"
+    refused = plan_answer(state | {"color": "blue"})
+    assert (refused["status"], refused["flyable"]) == ("infeasible", False)
+
+    content = file_answer({"state": state, "suffix": ".csv"})[1]
+    table = table_answer("own.csv", content)
+    assert (table["flyable"], table["types"]) == (True, [])
+    kept = plan_answer(table["request"])
+    assert kept["corners"] == answer["corners"]
+    assert json.loads(file_answer({"state": state, "suffix": ".cert.json"})[1])
+
+
+def test_the_map_of_a_curved_sheet_has_one_region_and_no_types() -> None:
+    question = {"vehicle": ODD.as_mapping(), "shading": "R"}
+    answer = map_answer(question)
+    (region,) = answer["regions"]
+    drawn = sum(shapely.Polygon(ring).area for ring in region["polygons"])
+    proven = [sheet_region(ODD, sign=sign).area for sign in SIGNS]
+    assert drawn == pytest.approx(sum(proven), rel=1e-3)
+    assert answer["curved"]
+    assert "curved: it has no colors and no plane types" in answer["note"]
+    assert set(answer["types"]["codes"]) == {None}
+    assert map_answer({**question, "sheet": "blue"}) == answer
+    alpha = np.array([-math.pi / 2 + math.pi * np.array([30, 90]) / 128])
+    others = sheet_of(rotors_of(ODD)).angles(alpha[:, 0], alpha[:, 1])
+    R = matrices.level_determinant(np.hstack([alpha, others]), vehicle=ODD)
+    assert answer["values"][90 * 129 + 30] == pytest.approx(float(R[0]), rel=1e-4)
+
+
+def test_a_page_may_begin_with_another_vehicle() -> None:
+    setup = setup_answer(LEANING)
+    own = setup["presets"][-1]
+    assert (own["name"], own["vehicle"]) == ("leaning", LEANING.as_mapping())
+    assert setup["defaults"]["vehicle"] == own["vehicle"]
+    preset = setup_answer(vehicle_named("beetle_omni"))
+    assert preset["defaults"]["vehicle"] == "beetle_omni"
+    assert len(preset["presets"]) == len(setup["presets"]) - 1
+    assert state_of(setup["defaults"]).request.vehicle == LEANING
 
 
 @pytest.mark.parametrize("number", [1, 3])
@@ -353,7 +418,7 @@ def test_the_request_of_a_downloaded_file_comes_back_as_a_state() -> None:
         ({"method": "exact", "divisions": 256}, {"method": "exact"}),
         ({"method": "grid", "divisions": 256}, None),
         ({"floor": 0.2}, None),
-        ({"vehicle": {"drag_ratio": 0.2}}, None),
+        ({"vehicle": {"drag_ratio": 0}}, None),
         ({"vehicle": "/etc/vehicle.toml"}, None),
     ],
 )

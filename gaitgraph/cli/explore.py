@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
-from gaitgraph.cli.options import Whole, json_option
+from gaitgraph.cli.options import VehicleName, Whole, json_option
 from gaitgraph.cli.output import tell
+
+if TYPE_CHECKING:
+    from gaitgraph.vehicle import Vehicle
 
 
 @click.command("explore", short_help="Plan gaits by hand, in the browser.")
@@ -16,8 +21,14 @@ from gaitgraph.cli.output import tell
     help="The port to listen on; 0 for a free one.",
 )
 @click.option("--no-browser", is_flag=True, help="Print the address and open nothing.")
+@click.option(
+    "--vehicle",
+    type=VehicleName(),
+    default="paper",
+    help="The vehicle to begin with: a preset or a TOML file.",
+)
 @json_option
-def explore_command(port: int, no_browser: bool) -> int:
+def explore_command(port: int, no_browser: bool, vehicle: Vehicle) -> int:
     """Serve the explorer on the loopback address until interrupted, and open it in the browser.
 
     The first line printed is its address. It contains a secret token: anyone on this machine who has it can use the
@@ -29,7 +40,7 @@ def explore_command(port: int, no_browser: bool) -> int:
 
     from gaitgraph.explorer.server import Server
 
-    server = Server(port)
+    server = Server(port, vehicle)
 
     def open_page() -> None:
         with suppress(Exception):

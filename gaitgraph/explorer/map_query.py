@@ -19,6 +19,7 @@ from gaitgraph.invertibility.error_margins import servo_margins_found
 from gaitgraph.surface.sheets import (
     COLORS,
     RAISED,
+    SIGNS,
     Color,
     sheet_angles,
     text_from_types,
@@ -50,6 +51,9 @@ _ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
 _SINGULAR_BLUE = (
     "R = 0 on the whole blue sheet in exact physics: the matrix is singular there."
 )
+_CURVED = (
+    "The vehicle has one sheet, which is curved: it has no colors and no plane types."
+)
 _ROUNDED_BLUE = (
     f"{_SINGULAR_BLUE} The signs of R drawn are rounding noise of the paper's digits."
 )
@@ -61,7 +65,8 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     A query may have ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` and ``shading``. The answer
     has `n`·`n` ``values``, row by row from α2 = −π/2 up, each from α1 = −π/2, or None; servo margins in degrees; regions as
     rings in the plane [rad], with holes, to be filled by the even-odd rule; the plane types of the nodes of the paper's
-    grid, None where R has no sign; a note, or None; and ``raised``, true, if there is a rotor height.
+    grid, None where R has no sign; a note, or None; ``raised``, true, if there is a rotor height; and ``curved``,
+    true, if the vehicle is not symmetric: then its only sheet is answered, without types and colors.
     """
     names = ("vehicle", "drag_ratio", "coefficients", "sheet", "shading")
     check_fields("request", content, names)
@@ -72,6 +77,10 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     progress("shading the map")
     values = None
     note = None
+    is_curved = vehicle.asymmetry is not None
+    if is_curved:
+        sheet = "red"
+        note = _CURVED
     if sheet == "red" and shading != "none":  # on blue all are rounding noise
         try:
             values = _shading(vehicle, coefficients, shading)
@@ -98,6 +107,8 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     }
     if vehicle.has_raised_rotors:
         answer["raised"] = True
+    if is_curved:
+        answer["curved"] = True
     return answer
 
 
@@ -111,7 +122,9 @@ def _note_of_blue(vehicle: Vehicle, coefficients: Coefficients) -> str:
 
 
 def _regions_of(sheet: Color, coefficients: Coefficients) -> tuple[str, ...]:
-    """Return the names of the regions of a sheet: on blue exact coefficients leave none."""
+    """Return the names of the regions of a sheet: on blue exact coefficients leave none, and one on a curved sheet."""
+    if coefficients.rotors.asymmetry is not None:
+        return ("flyable",)
     if sheet == "red":
         return tuple(_REGIONS)
     if coefficients.kind == "exact":
@@ -150,6 +163,8 @@ def _shading(vehicle: Vehicle, coefficients: Coefficients, shading: str) -> list
 def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
     """Return the plane types of the nodes of the paper's grid, row by row; None where R has no sign."""
     alpha = _on_grid(DEFAULT_DIVISIONS + 1, coefficients, sheet)
+    if coefficients.rotors.asymmetry is not None:
+        return [None] * len(alpha) ** 2
     tolerance = math.pi / (2 * DEFAULT_DIVISIONS)
     third, fourth = types_of(
         sheet, alpha[..., 0], alpha[..., 1], coefficients, tolerance
@@ -167,8 +182,14 @@ def _rings(
     """Return a region as rings; MissingConstant if the flyable region of the vehicle is unknown."""
     import shapely
 
-    region = _region(name, vehicle, coefficients, sheet)
-    rings = shapely.get_rings(shapely.get_parts(region.inner))
+    from gaitgraph.surface.curved_region import sheet_region
+
+    if vehicle.asymmetry is None:
+        places: Any = _region(name, vehicle, coefficients, sheet).inner
+    else:
+        proven = [sheet_region(vehicle, sign=sign).inner for sign in SIGNS]
+        places = shapely.union_all(proven)
+    rings = shapely.get_rings(shapely.get_parts(places))
     return [to_digits(shapely.get_coordinates(ring), 5) for ring in rings]
 
 

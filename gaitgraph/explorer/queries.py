@@ -105,7 +105,9 @@ def in_words(report: Report | None) -> dict[str, str]:
 def _posture(request: PlanRequest) -> dict[str, Any]:
     """Return the tilt angles of the first waypoint, or upright, and the hover thrusts there, None for each if none hold."""
     alpha1, alpha2 = request.waypoints[0] if request.waypoints else (0.0, 0.0)
-    color: Color = "blue" if request.color == "blue" else "red"
+    color: Color = "red"
+    if request.color == "blue" and request.vehicle.asymmetry is None:
+        color = "blue"
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     others = sheet_angles(color, alpha1, alpha2, coefficients)
     alpha = np.array([alpha1, alpha2, *others])
@@ -139,11 +141,16 @@ def _finite(values: list[float]) -> list[float | None]:
 
 
 def vehicle_view_answer(vehicle: Vehicle) -> dict[str, Any]:
-    """Return what a picture of a vehicle needs: bearings of its arms [rad], spins, and the rotors' height in arm lengths."""
+    """Return what a picture of a vehicle needs: places of the rotors in arm lengths, the axes of their frames, and spins.
+
+    A frame has x along the tilt axis and z along the thrust at zero tilt, as columns of a rotation.
+    """
+    tilt_axes, thrust_axes = vehicle.axes
+    across = np.cross(thrust_axes, tilt_axes)
     return {
-        "bearings": to_digits(vehicle.arm_angles),
+        "places": to_digits(vehicle.scaled_positions),
+        "frames": to_digits(np.stack([tilt_axes, across, thrust_axes], axis=-1)),
         "clockwise": (matrices.thrust_signs(vehicle) < 0).tolist(),
-        "height": vehicle.height_ratio,
     }
 
 

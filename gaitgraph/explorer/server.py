@@ -25,7 +25,7 @@ from gaitgraph.errors import (
 )
 from gaitgraph.explorer.map_query import SHADINGS, map_answer
 from gaitgraph.explorer.queries import diagram_answer, plan_answer
-from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES
+from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, fields_of
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.explorer.words import CHOICES_IN_WORDS
 from gaitgraph.files import value_from_json
@@ -33,7 +33,7 @@ from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.invertibility.coefficients import KINDS, coefficients_of
 from gaitgraph.planning.request import CHOICES
 from gaitgraph.timing.laws import LAWS
-from gaitgraph.vehicle import PAPER, preset_names, vehicle_named
+from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_named
 
 try:
     import uvicorn
@@ -199,7 +199,7 @@ def _download(query: Any, check: Progress) -> Response:
     return Response(content, media_type=_BYTES, headers=headers)
 
 
-def application(token: str, port: int) -> Starlette:
+def application(token: str, port: int, vehicle: Vehicle = PAPER) -> Starlette:
     """Return the ASGI application; its paths begin with the token, and its origin has the port."""
     slots = asyncio.Semaphore(AT_ONCE)
 
@@ -211,7 +211,7 @@ def application(token: str, port: int) -> Starlette:
         routes=[
             Route(f"/{token}/", lambda _: FileResponse(_PAGE / "index.html")),
             Mount(f"/{token}/page", StaticFiles(directory=_PAGE)),
-            Route(f"/{token}/api/setup", lambda _: JSONResponse(setup_answer())),
+            Route(f"/{token}/api/setup", lambda _: JSONResponse(setup_answer(vehicle))),
             query("plan", _of_json(plan_answer)),
             query("diagram", _of_json(diagram_answer)),
             query("map", _of_json(map_answer)),
@@ -272,12 +272,15 @@ def _handler(
 
 
 @cache
-def setup_answer() -> dict[str, Any]:
-    """Return the choices, presets, formats, limits, empty state and gaits of the paper for the page."""
+def setup_answer(vehicle: Vehicle = PAPER) -> dict[str, Any]:
+    """Return the choices, vehicles, formats, limits, empty state and gaits of the paper for a page of a vehicle."""
     presets = [
-        {"name": name, "drag_ratio": vehicle_named(name).drag_ratio}
+        {"name": name, "vehicle": name, "drag_ratio": vehicle_named(name).drag_ratio}
         for name in preset_names()
     ]
+    own = fields_of(vehicle)
+    if isinstance(own["vehicle"], dict):
+        presets.append({**own, "name": vehicle.name, "drag_ratio": vehicle.drag_ratio})
     choices = {f"{name}s": list(words) for name, words in CHOICES.items()}
     return {
         "version": __version__,
@@ -288,7 +291,7 @@ def setup_answer() -> dict[str, Any]:
         "shadings": list(SHADINGS),
         "formats": formats_answer(),
         "words": CHOICES_IN_WORDS,
-        "defaults": DEFAULTS,
+        "defaults": DEFAULTS | own,
         "limits": LIMITS,
         "ranges": {name: asdict(allowed) for name, allowed in RANGES.items()},
         "paper_gaits": [_paper_gait(number) for number in PAPER_GAITS.values()],
@@ -304,13 +307,18 @@ def _paper_gait(number: int) -> dict[str, Any]:
         "sign": "positive" if gait.R[0] > 0 else "negative",
         "require": "flyable" if gait.color == "red" else "valid",
         "waypoints": gait.alpha[:, :2].tolist(),
+        "vehicle": PAPER.name,
+        "drag_ratio": None,
     }
 
 
 class Server:
-    """A server that listens on the loopback address; port 0 is any free port. InputError if the port is taken."""
+    """A server that listens on the loopback address; port 0 is any free port. InputError if the port is taken.
 
-    def __init__(self, port: int = 0) -> None:
+    Its page begins with the vehicle.
+    """
+
+    def __init__(self, port: int = 0, vehicle: Vehicle = PAPER) -> None:
         token = secrets.token_urlsafe(16)
         # asyncio sends small packets at once only if the protocol is given; otherwise every answer is delayed by 40 ms.
         self._socket = socket.socket(
@@ -329,7 +337,7 @@ class Server:
         port = int(self._socket.getsockname()[1])
         self.address = f"http://{ADDRESS}:{port}/{token}/"  # with the token
         config = uvicorn.Config(
-            application(token, port),
+            application(token, port, vehicle),
             log_config=None,
             log_level="critical",
             access_log=False,

@@ -1,7 +1,7 @@
 """The state of the page, checked: what it asks of the planner, within the limits of the explorer.
 
 Input is not trusted. Unknown names, wrong types, counts above :data:`LIMITS` and numbers outside :data:`RANGES` raise
-InputError. A vehicle is the name of a preset, never a file.
+InputError. A vehicle is the name of a preset or its constants, never a file.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from gaitgraph.errors import (
     GaitgraphError,
     InputError,
     check_fields,
-    checked_choice,
     shown,
 )
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest
@@ -24,8 +23,7 @@ from gaitgraph.vehicle import (
     PAPER,
     Vehicle,
     preset_names,
-    vehicle_from_mapping,
-    vehicle_named,
+    vehicle_in_gait_file,
 )
 
 LIMITS: dict[str, int] = {
@@ -126,10 +124,9 @@ def _check_count(name: str, value: object, most: int) -> None:
         raise InputError(f"{name} must have at most {most} entries, got {len(value)}")
 
 
-def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
-    """Return a preset, with another drag ratio κ if one is given."""
-    checked_choice("vehicle", preset, preset_names())
-    vehicle = vehicle_named(str(preset))
+def vehicle_of(stated: object, drag_ratio: object = None) -> Vehicle:
+    """Return a preset by its name, or a vehicle of constants, with another drag ratio κ if one is given."""
+    vehicle = vehicle_in_gait_file(stated)
     if drag_ratio is None or drag_ratio == vehicle.drag_ratio:
         return vehicle
     allowed = RANGES["drag_ratio"]
@@ -138,11 +135,12 @@ def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
             f"drag_ratio must be {allowed.allowed}, or null for the preset, got {shown(drag_ratio)}",
             field="drag_ratio",
         )
-    return vehicle_from_mapping({"preset": preset, "drag_ratio": drag_ratio})
+    name = f"{vehicle.name}, changed"
+    return vehicle.replace(name=name, drag_ratio=drag_ratio)
 
 
-def preset_of(vehicle: Vehicle) -> dict[str, Any] | None:
-    """Return the fields of a state that stand for a vehicle: a preset, with another drag ratio; None if none do."""
+def fields_of(vehicle: Vehicle) -> dict[str, Any]:
+    """Return the fields of a state that stand for a vehicle: a preset, with another drag ratio, or its constants."""
     ratios: list[float | None] = [None]
     if RANGES["drag_ratio"].contains(vehicle.drag_ratio):
         ratios.append(vehicle.drag_ratio)
@@ -150,7 +148,7 @@ def preset_of(vehicle: Vehicle) -> dict[str, Any] | None:
         for ratio in ratios:
             if vehicle_of(name, ratio) == vehicle:
                 return {"vehicle": name, "drag_ratio": ratio}
-    return None
+    return {"vehicle": vehicle.as_mapping(), "drag_ratio": None}
 
 
 def state_of_request(
@@ -170,15 +168,9 @@ def state_of_request(
     if number_of(state.get("accuracy")) < finest:
         state["accuracy"] = finest  # finer would be too slow for the page
     try:
-        stated = state.get("vehicle", DEFAULTS["vehicle"])
-        if isinstance(stated, dict):
-            vehicle = vehicle_from_mapping(stated)
-        else:
-            vehicle = vehicle_of(stated)
-        preset = preset_of(vehicle)
-        if preset is None:
-            return None
-        state_of(state | preset)
+        vehicle = vehicle_of(state.get("vehicle", DEFAULTS["vehicle"]))
+        state |= fields_of(vehicle)
+        state_of(state)
     except GaitgraphError:
         return None
-    return state | preset
+    return state

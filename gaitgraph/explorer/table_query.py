@@ -31,7 +31,7 @@ from gaitgraph.explorer.queries import (
     to_digits,
     vehicle_view_answer,
 )
-from gaitgraph.explorer.state import preset_of, state_of, state_of_request
+from gaitgraph.explorer.state import fields_of, state_of, state_of_request
 from gaitgraph.gait.given import given_gait
 from gaitgraph.io.formats import FORMATS, read_format, read_table, write_tables
 from gaitgraph.plots.films import write_films
@@ -87,9 +87,6 @@ def table_answer(
     legs = len(rows.alpha)
     if not table.repeats:
         legs = max(legs // 2, 1)
-    preset = preset_of(rows.vehicle)
-    if preset is not None:
-        preset["coefficients"] = rows.coefficients.kind
     samples = len(table) - 1 if "t" in table and len(table) > 1 else None
     return {
         "name": name,
@@ -99,7 +96,7 @@ def table_answer(
         **in_words(report),
         "series": _series_of_rows(rows, times, legs, report),
         "vehicle": rows.vehicle.name,
-        "map": preset,
+        "map": fields_of(rows.vehicle) | {"coefficients": rows.coefficients.kind},
         "vehicle_view": vehicle_view_answer(rows.vehicle),
         "color": gait.color,
         "surface": gait.color,

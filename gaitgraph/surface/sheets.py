@@ -115,7 +115,7 @@ def sheet_angles(
 ) -> tuple[FloatArray, FloatArray]:
     """Return (α3, α4) on a sheet, wrapped into [−π/2, π/2], each of the shape of its own argument [rad].
 
-    The coefficients are by default the vehicle's.
+    The coefficients are by default the vehicle's. "red" is the sheet on which a vehicle can fly, for any four rotors.
 
     >>> a3, a4 = sheet_angles("blue", 5 * np.pi / 16, np.pi / 8)
     >>> round(float(a3), 3), round(float(a4), 3)
@@ -123,7 +123,11 @@ def sheet_angles(
     """
     first, second = angles_from(alpha1, "alpha1"), angles_from(alpha2, "alpha2")
     checked_choice("color", color, COLORS)
-    crossing1, crossing2 = coefficients_of(vehicle, coefficients).crossings
+    coefficients = coefficients_of(vehicle, coefficients)
+    if color == "red" and coefficients.rotors.asymmetry is not None:
+        others = sheet_of(coefficients.rotors).angles(first, second)
+        return others[..., 0], others[..., 1]
+    crossing1, crossing2 = coefficients.crossings
     if color == "red":
         return wrapped(first), wrapped(second)
     return wrapped(2 * crossing1 - first), wrapped(2 * crossing2 - second)

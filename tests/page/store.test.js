@@ -28,7 +28,10 @@ const SETUP = {
   methods: ["exact", "grid"],
   requires: ["flyable", "valid"],
   laws: ["smooth", "constant-speed"],
-  presets: [{ name: "paper", drag_ratio: 0.1687 }, { name: "beetle_omni", drag_ratio: 0.06 }],
+  presets: [
+    { name: "paper", vehicle: "paper", drag_ratio: 0.1687 },
+    { name: "beetle_omni", vehicle: "beetle_omni", drag_ratio: 0.06 },
+  ],
   coefficients: ["published", "exact"],
   limits: { waypoints: 3, polygons: 1, corners: 4 },
   ranges: {
@@ -161,6 +164,18 @@ test("a link leads to the state that it was made from", () => {
   assert.deepEqual(waypoints(store), [A]);
 });
 
+test("a link holds the constants of a vehicle that is no preset", () => {
+  const vehicle = { name: "a & b", drag_ratio: 0.1, spins: ["clockwise"] };
+  const state = { ...startOf(SETUP), vehicle };
+  const text = addressOf(state, SETUP);
+  assert.deepEqual(stateFrom(`#${text}`, SETUP), { state, problems: [] });
+  const own = { ...SETUP, defaults: { ...SETUP.defaults, vehicle } };
+  assert.equal(addressOf(startOf(own), own), ""); // it is where this page begins
+  assert.match(addressOf({ ...startOf(own), vehicle: "paper" }, own), /^vehicle=paper$/);
+  const { problems } = stateFrom("#vehicle={", SETUP);
+  assert.deepEqual(problems, ["vehicle cannot be decoded"]);
+});
+
 test("a part of a link that cannot be used is named, and the rest is kept", () => {
   const cases = {
     "color=green": "color must be one of auto, red, blue, got “green”",
@@ -181,15 +196,13 @@ test("a part of a link that cannot be used is named, and the rest is kept", () =
 
 test("a table that is loaded is shown until its tab or the plan's is chosen", () => {
   const store = planned();
-  const table = { color: "blue", map: null, vehicle: "other", series: {}, diagram: { own: 1 } };
+  const map = { vehicle: "beetle_omni", drag_ratio: 0.3, coefficients: "exact" };
+  const table = { color: "blue", map, vehicle: "other", series: {}, diagram: { own: 1 } };
   store.put({ table, tab: "table" });
   assert.deepEqual([reportOf(store.page), movingOf(store.page)], [table, table]);
   assert.equal(sheetOf(store.page), "blue");
   assert.equal(diagramOf(store.page), table.diagram);
   assert.deepEqual([isDiagramDue(store.page), diagramKey(store.page)], [false, ""]);
-  assert.equal(mapNote(store.page), "The map is that of the vehicle paper, not that of the table, other.");
-  assert.equal(mapQuestion(store.page).vehicle, "paper");
-  store.put({ table: { ...table, map: { vehicle: "beetle_omni", drag_ratio: 0.3, coefficients: "exact" } } });
   assert.deepEqual(mapQuestion(store.page), {
     vehicle: "beetle_omni", drag_ratio: 0.3, coefficients: "exact", sheet: "blue", shading: "R",
   });

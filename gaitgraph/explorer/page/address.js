@@ -32,7 +32,7 @@ function choicesOf(setup) {
     method: setup.methods,
     require: setup.requires,
     law: setup.laws,
-    vehicle: setup.presets.map((preset) => preset.name),
+    vehicle: setup.presets.map((preset) => plainText(preset.vehicle)),
     coefficients: setup.coefficients,
   };
 }
@@ -53,7 +53,7 @@ export function addressOf(state, setup) {
     if (state[key].length) parts.push(`${key}=${state[key].map((ring) => ring.map(pointText).join(";")).join("~")}`);
   }
   for (const key of [...Object.keys(choicesOf(setup)), ...NUMBERS, ...FLAGS]) {
-    if (state[key] !== start[key]) parts.push(`${key}=${encodeURIComponent(plainText(state[key]))}`);
+    if (plainText(state[key]) !== plainText(start[key])) parts.push(`${key}=${encodeURIComponent(plainText(state[key]))}`);
   }
   for (const key of Object.keys(VIEW)) {
     if (state.view[key] !== VIEW[key]) parts.push(`${key}=${plainText(state.view[key])}`);
@@ -61,11 +61,18 @@ export function addressOf(state, setup) {
   return parts.join("&");
 }
 
-function plainText(value) {
+/** Return a value as a text: a vehicle of its own constants as JSON. */
+export function plainText(value) {
   if (value === null) return "own";
+  if (typeof value === "object") return JSON.stringify(value);
   if (value === true) return "yes";
   if (value === false) return "no";
   return String(value);
+}
+
+/** Return the vehicle that a text is: the name of a preset, or its own constants. */
+export function vehicleFrom(text) {
+  return text.startsWith("{") ? JSON.parse(text) : text;
 }
 
 /** A field must be `wanted`, but is `got`. */
@@ -105,6 +112,7 @@ function ringsFrom(text, limits) {
 function valueFrom(key, text, setup) {
   if (key === "waypoints") return pointsFrom(text, setup.limits.waypoints);
   if (POLYGONS.includes(key)) return ringsFrom(text, setup.limits);
+  if (key === "vehicle" && text.startsWith("{")) return vehicleFrom(text);
   const choices = choicesOf(setup)[key] ?? VIEW_CHOICES[key];
   if (choices) {
     if (key === "coefficients" && text === "own") return null;

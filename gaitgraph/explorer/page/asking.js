@@ -61,7 +61,8 @@ export function askingFor(store) {
   const backgrounds = latest("api/map", {
     onAnswer(answer, body) {
       const range = answer.values && [Math.min(...answer.values), Math.max(...answer.values)];
-      const background = { ...answer, range, sheet: body.sheet, shading: body.shading };
+      const sheet = answer.curved ? "red" : body.sheet; // the only one
+      const background = { ...answer, range, sheet, shading: body.shading };
       maps.set(JSON.stringify(body), background);
       if (maps.size > MOST_MAPS) maps.delete(maps.keys().next().value);
       store.put({ background }); // also one that is late, while κ is dragged: the newest one follows

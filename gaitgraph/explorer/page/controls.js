@@ -2,7 +2,7 @@
 
 import { HALF_PI, angle, angleFromText, figure, number } from "./angles.js";
 import { byId, html, spoken } from "./elements.js";
-import { numberFrom } from "./address.js";
+import { numberFrom, plainText, vehicleFrom } from "./address.js";
 
 const LABELS = {
   auto: "auto",
@@ -85,16 +85,23 @@ export function bindControls(setup, on) {
     const show = segmented(byId(`field-${key}`), key, labelled(values), choose(key));
     shows.push((state) => show(state[key]));
   }
-  const presets = setup.presets.map((preset) => [preset.name, `${preset.name} (κ = ${figure(preset.drag_ratio)})`]);
+  const nameOf = ({ name, drag_ratio: ratio }) => `${name} (κ = ${figure(ratio)})`;
+  const presets = setup.presets.map((preset) => [plainText(preset.vehicle), nameOf(preset)]);
   const rules = [["", "by rule"], ...labelled(setup.coefficients)];
+  shows.push(({ vehicle }) => {
+    const options = byId("vehicle");
+    const value = plainText(vehicle);
+    if ([...options].some((option) => option.value === value)) return;
+    options.append(html("option", { value }, nameOf(vehicle))); // of an address or a table
+  });
   for (const [id, options, patch] of [
     ["objective", labelled(setup.objectives)],
     ["law", labelled(setup.laws)],
-    ["vehicle", presets, (name) => ({ vehicle: name, drag_ratio: null })],
+    ["vehicle", presets, (text) => ({ vehicle: vehicleFrom(text), drag_ratio: null })],
     ["coefficients", rules, (value) => ({ coefficients: value || null })],
   ]) {
     const show = filled(byId(id), options, (value) => on.commit(patch?.(value) ?? { [id]: value }));
-    shows.push((state) => show(state[id] ?? ""));
+    shows.push((state) => show(plainText(state[id] ?? "")));
   }
 
   for (const key of ["any_order", "reverse"]) {
@@ -133,7 +140,7 @@ export function bindControls(setup, on) {
   }
   shows.push((state) => {
     byId("divisions-row").hidden = state.method !== "grid";
-    const changed = ADVANCED.filter((key) => state[key] !== setup.defaults[key]).length;
+    const changed = ADVANCED.filter((key) => plainText(state[key]) !== plainText(setup.defaults[key])).length;
     byId("advanced-changed").textContent = changed ? `(${changed} changed)` : "";
   });
 
@@ -154,7 +161,8 @@ function bindDragRatio(setup, on) {
     slider.focus();
   });
   return (state) => {
-    const own = setup.presets.find((preset) => preset.name === state.vehicle)?.drag_ratio;
+    const preset = setup.presets.find(({ vehicle }) => vehicle === state.vehicle) ?? state.vehicle;
+    const own = preset.drag_ratio;
     const shown = state.drag_ratio ?? own;
     const text = figure(shown);
     slider.value = String(Math.round((1000 * (Math.log(shown) - low)) / (high - low)));

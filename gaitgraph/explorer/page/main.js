@@ -61,7 +61,8 @@ function bindAddress(setup, store, commit) {
 function bindPage(setup, vehicle) {
   const first = stateOfAddress(setup);
   const start = startOf(setup);
-  const store = storeOf(first, planKey(first) === planKey(start));
+  const isPaper = start.vehicle === setup.paper_gaits[FIRST_GAIT].vehicle;
+  const store = storeOf(first, isPaper && planKey(first) === planKey(start));
   const asking = askingFor(store);
 
   // Changes -------------------------------------------------------------------------------------------------------

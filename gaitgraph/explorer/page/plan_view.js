@@ -6,6 +6,7 @@ import { allowDownloads, bindDownloads } from "./files.js";
 import { drawn, ghostOf, questionOf, reportOf } from "./store.js";
 import { adviceOf, sentenceOf, showReport, showVerdict, verdictOf } from "./verdict.js";
 
+const OF_PLANES = ["color", "objective", "method", "require"]; // what other vehicles cannot choose
 const GONE = { status: "gone" };
 
 /**
@@ -40,9 +41,18 @@ export function planViewIn(setup, store, on) {
     });
   }
 
+  /** Hide what has no meaning on a curved sheet, unless something else than the default is chosen there. */
+  function showPlanes({ background, state }) {
+    const isCurved = Boolean(background?.curved);
+    const place = (id) => (byId(id) ?? byId(`field-${id}`)).closest("fieldset, .row, label");
+    for (const key of OF_PLANES) place(key).hidden = isCurved && state[key] === setup.defaults[key];
+    for (const key of ["sheet", "types"]) place(key).hidden = isCurved;
+  }
+
   const parts = [
     drawn((page) => [page.state], (page) => showControls(page.state)),
     drawn((page) => [reportOf(page), page.isGone, page.tab, ghostOf(page)], showAnswer),
+    drawn((page) => [page.background?.curved, page.state], showPlanes),
     drawn((page) => [page.plan], (page) => allowDownloads(page.plan?.status === "planned")),
     drawn((page) => [page.isGone], (page) => byId("main").classList.toggle("stale", page.isGone)),
     drawn((page) => [page.isPlanSlow], (page) => byId("main").classList.toggle("waiting", page.isPlanSlow)),

@@ -82,7 +82,7 @@ function labelOf(number) {
   return sprite;
 }
 
-/** Return one rotor at the end of its arm: what tilts about x, the outward axis, and what its posture is. */
+/** Return one rotor that tilts about x and thrusts along z at zero tilt, and what its posture is. */
 function rotorOf(number, clockwise, frame) {
   const paint = new MeshLambertMaterial({ side: DoubleSide });
   const veil = new MeshBasicMaterial({ transparent: true, opacity: 0.3, side: DoubleSide, depthWrite: false });
@@ -119,9 +119,10 @@ function rotorOf(number, clockwise, frame) {
   );
   const label = labelOf(String(number));
   const whole = new Group();
-  whole.add(placed(tilting, 1, 0, 0), placed(label, 1.7, 0, 0));
+  whole.add(tilting);
   return {
     whole,
+    label,
     color(color, panel, ink) {
       for (const material of [paint, veil, glow]) material.color.set(color);
       glow.emissive.set(color);
@@ -185,26 +186,32 @@ export function sceneIn(root, canvas, context, pause, onLost) {
   /** Return a strip of shadow, as long as it is along x and y. */
   const blot = (alongY, alongX) => new Mesh(new PlaneGeometry(alongX, alongY), shade);
 
-  function build({ bearings, clockwise, height }) {
+  function build({ places, frames, clockwise }) {
     model?.traverse((part) => part.geometry?.dispose());
     model?.removeFromParent();
     shadow.clear();
     model = new Group();
-    rotors = bearings.map((bearing, k) => {
+    rotors = places.map(([x, y, z], k) => {
       const rotor = rotorOf(k + 1, clockwise[k], frame);
-      const arm = new Mesh(new CylinderGeometry(0.04, 0.055, 1, 20).rotateZ(-Math.PI / 2), frame);
-      rotor.whole.add(placed(arm, 0.5, 0, 0));
-      rotor.whole.rotation.z = bearing;
-      rotor.whole.position.z = height;
+      const axes = new Matrix4().set(...frames[k].flatMap((row) => [...row, 0]), 0, 0, 0, 1);
+      const reach = Math.hypot(x, y);
+      const bearing = Math.atan2(y, x);
+      const arm = new Mesh(new CylinderGeometry(0.04, 0.055, reach, 20).rotateZ(-Math.PI / 2), frame);
+      arm.rotation.z = bearing;
+      placed(rotor.whole, x, y, z).setRotationFromMatrix(axes);
+      const away = 1 + 0.7 / reach;
+      model.add(placed(arm, x / 2, y / 2, z), placed(rotor.label, away * x, away * y, z));
       rotor.shadow = new Group();
       rotor.shadow.add(new Mesh(new RingGeometry(DUCT - 0.045, DUCT + 0.02, 48), shade), blot(2 * DUCT, 0.06));
-      rotor.shadow.position.x = 1;
       const below = new Group();
-      below.rotation.z = bearing;
-      below.add(rotor.shadow, placed(blot(0.09, 1), 0.5, 0, 0));
-      shadow.add(below);
+      placed(below, x, y, 0).setRotationFromMatrix(axes);
+      below.add(rotor.shadow);
+      const strip = placed(blot(0.09, reach), x / 2, y / 2, 0);
+      strip.rotation.z = bearing;
+      shadow.add(below, strip);
       return rotor;
     });
+    const height = places.reduce((sum, [, , z]) => sum + z / 4, 0);
     const hub = cylinder(0.25, 0.29, 0.16, body);
     const dome = placed(new Mesh(new SphereGeometry(0.25, 32, 8, 0, 2 * Math.PI, 0, Math.PI / 2), body), 0, 0, 0.08);
     dome.rotation.x = Math.PI / 2;

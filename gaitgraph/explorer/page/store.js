@@ -148,7 +148,7 @@ export function sheetOf({ state, sheet }) {
   return state.color === "auto" ? sheet : state.color;
 }
 
-/** Return what the server is to know for the map: for a table, its vehicle if that is a preset. */
+/** Return what the server is to know for the map: for a table, its vehicle. */
 export function mapQuestion(page) {
   const ofTable = page.tab === "table" ? page.table.map : null;
   const { vehicle, drag_ratio, coefficients } = ofTable ?? page.state;
@@ -157,11 +157,9 @@ export function mapQuestion(page) {
 
 /** Return why the map is not what one may expect, or an empty text. */
 export function mapNote(page) {
-  const { state, plan, table, tab, background } = page;
+  const { state, plan, tab, background } = page;
   const notes = [background?.note];
-  if (tab === "table" && !table.map) {
-    notes.unshift(`The map is that of the vehicle ${state.vehicle}, not that of the table, ${table.vehicle}.`);
-  } else if (tab === "plan" && plan?.color === "blue" && state.color === "auto") {
+  if (tab === "plan" && plan?.color === "blue" && state.color === "auto") {
     const where = sheetOf(page) === "blue" ? "now on the blue sheet, and so is the map" : "on the blue sheet";
     notes.unshift(`No red gait through these waypoints: the loop is ${where}.`);
   }
