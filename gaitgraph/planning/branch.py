@@ -81,6 +81,8 @@ class Branch:
     require: Requirement
 
     def __str__(self) -> str:
+        if self.is_curved:
+            return RELATION[self.sign]
         return f"{self.color}, {RELATION[self.sign]}"
 
     @cached_property

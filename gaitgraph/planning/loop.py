@@ -127,8 +127,11 @@ class Loop(Record):
 
     @property
     def surface(self) -> str:
-        """The sheet and the sign of R in words, such as "red, R < 0"."""
-        return f"{self.color}, {RELATION[self.sign]}"
+        """The sheet and the sign of R in words, such as "red, R < 0"; a curved sheet has no color."""
+        relation = RELATION[self.sign]
+        if self.request.vehicle.asymmetry is not None:
+            return relation
+        return f"{self.color}, {relation}"
 
     def __repr__(self) -> str:
         return f"<Loop: {self.surface}, {self.gait.size_text}, {self.report.in_words}>"

@@ -272,6 +272,7 @@ export function pictureIn(root) {
       bits.push(svg("path", { class: "casing", d }), svg("path", { class: `path ${kind}`, d }));
       bits.push(...arrows([...plan.corners, plan.corners[0]], kind));
       plan.corners.forEach((corner, k) => {
+        if (!plan.colors.length && !turnsAt(plan.corners, k)) return; // a row of a curved sheet between corners
         const color = plan.colors[k] ?? plan.color;
         // Under a waypoint's ring the marker is made wide enough to be seen around it.
         const under = shown.state.waypoints.findIndex((p) => pixels(p, corner) < 7);
@@ -284,6 +285,13 @@ export function pictureIn(root) {
     layers.alternatives.replaceChildren(...others);
     layers.loop.replaceChildren(...bits);
     layers.corners.replaceChildren(...corners);
+  }
+
+  /** Return whether a closed line of the plane turns at a point. */
+  function turnsAt(points, k) {
+    const [before, after] = [points.at(k - 1), points[(k + 1) % points.length]];
+    const [a, b] = points[k];
+    return Math.abs((a - before[0]) * (after[1] - b) - (b - before[1]) * (after[0] - a)) > 1e-9;
   }
 
   function paintGhost() {

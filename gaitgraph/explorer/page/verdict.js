@@ -46,7 +46,7 @@ function outline(report) {
 /** Return one sentence for screen readers. */
 export function sentenceOf(report, advice) {
   const { headline, reason } = verdictOf(report, advice);
-  const what = report?.color ? `${report.color} gait, ${report.corners.length} corners. ` : "";
+  const what = report?.colors?.length ? `${report.color} gait, ${report.corners.length} corners. ` : "";
   return `${headline}. ${what}${reason}`.trim();
 }
 
