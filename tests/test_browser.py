@@ -18,6 +18,7 @@ import pytest
 
 import gaitgraph as gg
 from tests.published import GAITS
+from tests.samples import LEANING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -502,6 +503,39 @@ def test_a_table_of_ours_brings_its_request(page: Page, tmp_path: Path) -> None:
     page.has(".waypoint", 4)
     page.planned()
     assert page.state.startswith("waypoints=-pi/8,pi/8;-pi/8,3pi/8;-3pi/8,3pi/8")
+
+
+def test_a_vehicle_of_any_four_rotors_is_opened_planned_and_left(page: Page) -> None:
+    """What has no meaning on its curved sheet is hidden; corners are marked where the loop turns, not at each row."""
+    page.open("types=yes&sheet=blue")
+    plan = gg.plan_loop([(-0.8, 0.8), (-0.8, 0.5), (-1, 0.8)], vehicle=LEANING)
+    path = page.downloads / "leaning.json"
+    plan.timed().write(path)
+    page.id("file").send_keys(str(path))
+    page.shows("✓Flyable")
+    page.until(lambda: "which is curved" in page.text("map-note"))
+    page.id("use-request").click()
+    page.has(".waypoint", 3)
+    page.planned()
+    page.shows("✓Flyable")
+    assert page.text("reason").startswith("R > 0, length 0.8606 rad")
+    assert (page.count(".corner"), page.count("#corners tbody tr")) == (3, 48)
+    assert page.count(".type") == 0
+    assert not page.id("field-color").is_displayed()
+    page.vehicle()
+    address = page.state
+    assert address.partition("&vehicle=")[2].startswith('{"name":"leaning"')
+    page.id("undo").click()
+    page.until(page.id("field-color").is_displayed)
+    page.open(address)
+    page.shows("✓Flyable")
+    page.js("document.getElementById('advanced').open = true")
+    assert "leaning (κ = " in page.css("#vehicle option:checked").text
+    page.choose("vehicle", "paper")
+    page.planned()
+    assert "vehicle" not in page.state
+    page.shows("✓Flyable")
+    page.until(page.id("field-color").is_displayed)
 
 
 def test_the_keyboard_alone(page: Page) -> None:

@@ -20,6 +20,7 @@ const VIEW_CHOICES = {
 };
 
 const POLYGONS = ["keep_out", "keep_in"];
+const OPTIONAL = ["coefficients", "drag_ratio"]; // by default those of the vehicle
 const FLAGS = ["any_order", "reverse"];
 const NUMBERS = ["divisions", "accuracy", "drag_ratio", "period", "samples", "eta"];
 
@@ -112,10 +113,10 @@ function ringsFrom(text, limits) {
 function valueFrom(key, text, setup) {
   if (key === "waypoints") return pointsFrom(text, setup.limits.waypoints);
   if (POLYGONS.includes(key)) return ringsFrom(text, setup.limits);
+  if (OPTIONAL.includes(key) && text === "own") return null;
   if (key === "vehicle" && text.startsWith("{")) return vehicleFrom(text);
   const choices = choicesOf(setup)[key] ?? VIEW_CHOICES[key];
   if (choices) {
-    if (key === "coefficients" && text === "own") return null;
     if (!choices.includes(text)) throw new Wrong(`one of ${choices.join(", ")}`, text);
     return text;
   }
@@ -123,7 +124,6 @@ function valueFrom(key, text, setup) {
     if (text !== "yes" && text !== "no") throw new Wrong("yes or no", text);
     return text === "yes";
   }
-  if (key === "drag_ratio" && text === "own") return null;
   const range = setup.ranges[key];
   const value = numberFrom(text, range);
   if (value === null) throw new Wrong(range.allowed, text);
