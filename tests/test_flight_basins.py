@@ -134,7 +134,7 @@ def test_flights_side_by_side_end_as_single_ones_do(
 
 
 def test_threads_change_no_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = FlightSettings(**FOUR_SHARES)
+    settings = FlightSettings(duration=2.0, **FOUR_SHARES)
     single = basin_of(timed_gait(4), 0.8, settings=settings, resolution=3)
     monkeypatch.setattr("gaitgraph.flight.engine._FLIGHTS_OF_A_THREAD", 4)
     monkeypatch.setattr("os.cpu_count", lambda: 3)

@@ -183,13 +183,11 @@ def motions(rounding: str | None) -> list[Table]:
 
 @pytest.mark.parametrize(
     ("suffix", "rounding"),
-    [(".csv", None), (".json", "2deg"), (".npz", None), (".parquet", "2deg")],
+    [(".csv", None), (".json", "2deg")],
 )
 def test_peaks_of_rounded_pulses_are_never_above_those_of_the_gait(
     suffix: str, rounding: str | None, servos: str
 ) -> None:
-    if suffix == ".parquet":
-        pytest.importorskip("pyarrow", reason="install gaitgraph[table]")
     for source in motions(rounding):
         joints = PULSES | {"limits_us": [500, 2500]}
         mapped = f"servos{suffix}"

@@ -329,7 +329,7 @@ def test_a_scheduler_that_does_not_answer_is_one_line(
     import dask
 
     (tmp_path / "s.toml").write_text("gaits = ['gait3']\n")
-    with dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
+    with dask.config.set({"distributed.comm.timeouts.connect": "200ms"}):
         done = run("study", "s.toml", "--scheduler", address)
     assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
     assert f"scheduler with workers, got '{address}' (" in done.err

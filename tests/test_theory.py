@@ -22,6 +22,7 @@ KAPPA = gg.PAPER.drag_ratio
 DELTA = EXACT.delta
 
 
+@pytest.mark.slow
 def test_the_pictures_are_drawn_by_their_script(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
