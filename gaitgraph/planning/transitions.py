@@ -40,7 +40,7 @@ from gaitgraph.timing.joining import (
     vehicle_within,
 )
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
-from gaitgraph.timing.lifted_gait import corners_of, is_lifted
+from gaitgraph.timing.lifted_gait import is_lifted, path_of
 from gaitgraph.timing.timed_gait import (
     MOST_SAMPLES,
     RowTimedGait,
@@ -440,7 +440,7 @@ def _end_of(
         place = given.gait
         corners = range(len(place.alpha))
         if is_lifted(place):  # the law `smooth` rests at some of its rows
-            corners = corners_of(place).tolist()
+            corners = path_of(place).corners.tolist()
             place = replace(place, alpha=place.alpha[corners])
         return _End(given.gait, place, corners, None, {})
     motion = played(given)

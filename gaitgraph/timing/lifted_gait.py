@@ -8,7 +8,7 @@ derivatives of the sheet. Between rows the motion is the polynomial of degree fi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -66,40 +66,67 @@ def is_lifted(gait: Gait) -> bool:
     return sheet_of(rotors).holds_chords(gait.alpha)
 
 
-def corners_of(gait: Gait) -> npt.NDArray[np.intp]:
-    """Return the rows of a lifted gait at which (α1, α2) turns, and the first one."""
+class LiftedPath(NamedTuple):
+    """The n segments of a lifted gait, along which s is the distance in the (α1, α2) plane [rad]."""
+
+    corners: npt.NDArray[np.intp]  # rows at which (α1, α2) turns, and the first one
+    breaks: FloatArray  # s at the rows, the first again at the end
+    starts: FloatArray  # all angles and two derivatives by s, shape (3, n, 4)
+    ends: FloatArray
+
+    @property
+    def pieces(self) -> FloatArray:
+        """Polynomials through these in powers of s since each row, highest first, shape (6, n, 4)."""
+        from scipy.interpolate import BPoly, PPoly
+
+        step = np.diff(self.breaks)[:, None] / 5
+        control = []
+        for (alpha, slope, bend), side in ((self.starts, step), (self.ends, -step)):
+            near = alpha + side * slope
+            control.append([alpha, near, near + side * slope + side**2 * bend * 5 / 4])
+        first, last = control
+        through = BPoly(np.array([*first, *last[::-1]]), self.breaks)
+        return np.asarray(PPoly.from_bernstein_basis(through).c)
+
+
+def path_of(gait: Gait) -> LiftedPath:
+    """Return the path of a lifted gait along its sheet."""
     steps = (gait.ends - gait.alpha)[:, :2]
-    ahead = steps / np.linalg.norm(steps, axis=1)[:, None]
+    widths = np.linalg.norm(steps, axis=1)
+    ahead = steps / widths[:, None]
     turns = np.linalg.norm(ahead - np.roll(ahead, 1, axis=0), axis=1)
-    return np.union1d([0], np.flatnonzero(turns > _STRAIGHT))
+    sheet = sheet_of(gait.coefficients.rotors)
+    sides = []
+    for alpha in (gait.alpha, gait.ends):
+        slopes = sheet.slopes(*alpha[:, :2].T)
+        bends = sheet.second_derivatives(*alpha[:, :2].T)
+        first = np.hstack([ahead, np.einsum("nij,nj->ni", slopes, ahead)])
+        second = np.einsum("nijk,nj,nk->ni", bends, ahead, ahead)
+        sides.append(np.stack([alpha, first, np.hstack([0 * ahead, second])]))
+    return LiftedPath(
+        corners=np.union1d([0], np.flatnonzero(turns > _STRAIGHT)),
+        breaks=np.concatenate([[0.0], np.cumsum(widths)]),
+        starts=sides[0],
+        ends=sides[1],
+    )
 
 
 def _motion_of(gait: Gait, period: float) -> tuple[FloatArray, FloatArray]:
     """Return the times of rows, the first again at the end, shape (n + 1,), and both derivatives, shape (n + 1, 2, 4)."""
-    steps = gait.ends - gait.alpha
-    lengths = np.linalg.norm(steps, axis=1)
-    in_plane = np.linalg.norm(steps[:, :2], axis=1)
-    ahead = steps[:, :2] / in_plane[:, None]
-    corners = corners_of(gait)
+    path = path_of(gait)
+    corners = path.corners
+    lengths = np.linalg.norm(gait.ends - gait.alpha, axis=1)
     durations = np.add.reduceat(lengths, corners) * (period / lengths.sum())
-    legs = np.add.reduceat(in_plane, corners)
-    leg = np.repeat(np.arange(len(corners)), np.diff([*corners, len(steps)]))
-    before = np.cumsum(in_plane) - in_plane
-    share = np.maximum(before - before[corners][leg], 0.0) / legs[leg]
+    ends = np.append(corners, len(lengths))
+    legs = np.diff(path.breaks[ends])
+    leg = np.repeat(np.arange(len(corners)), np.diff(ends))
+    share = (path.breaks[:-1] - path.breaks[corners][leg]) / legs[leg]
     tau = _time_share(share)
     _, speed, rise = LAWS["smooth"].motion(tau)
-    velocity = (speed * legs[leg] / durations[leg])[:, None] * ahead
-    acceleration = (rise * legs[leg] / durations[leg] ** 2)[:, None] * ahead
-
-    sheet = sheet_of(gait.coefficients.rotors)
-    slopes = sheet.slopes(*gait.alpha[:, :2].T)
-    bends = sheet.second_derivatives(*gait.alpha[:, :2].T)
-    rates = np.einsum("nij,nj->ni", slopes, velocity)
-    rises = np.einsum("nij,nj->ni", slopes, acceleration)
-    rises += np.einsum("nijk,nj,nk->ni", bends, velocity, velocity)
-    derivatives = np.stack(
-        [np.hstack([velocity, rates]), np.hstack([acceleration, rises])], axis=1
-    )
+    speed = (speed * legs[leg] / durations[leg])[:, None]
+    rise = (rise * legs[leg] / durations[leg] ** 2)[:, None]
+    _, slope, bend = path.starts
+    derivatives = np.stack([slope * speed, slope * rise + bend * speed**2], axis=1)
     starts = np.cumsum(durations) - durations
     times = np.append(starts[leg] + tau * durations[leg], period)
     return times, np.concatenate([derivatives, derivatives[:1]])

@@ -30,6 +30,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.timing.polynomials import (
@@ -39,7 +40,7 @@ from gaitgraph.timing.polynomials import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from gaitgraph.invertibility.forms import FloatArray
 
@@ -114,11 +115,15 @@ class NodeLaw:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
-    """Nodes along a closed path, shape (n + 1,); `local` and `pieces` are those of :class:`NodeLaw`."""
+    """Nodes along a closed path, shape (n + 1,); `local` and `pieces` are those of :class:`NodeLaw`.
+
+    At the nodes with the numbers `rests` laws rest.
+    """
 
     s: FloatArray
     local: FloatArray
     pieces: FloatArray
+    rests: npt.NDArray[np.intp]
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -156,8 +161,10 @@ def closed(values: FloatArray) -> FloatArray:
     return np.concatenate([values, values[:1]])
 
 
-def grid_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> Grid:
-    """Return nodes from 0 to the span of a path, all breaks among them, evenly within pieces.
+def grid_along(
+    breaks: FloatArray, pieces: FloatArray, nodes: int, corners: Sequence[int] = ()
+) -> Grid:
+    """Return nodes from 0 to the span of a path, all breaks among them, evenly within pieces; laws rest at corners.
 
     Half of the nodes are spread by width, half by how much a piece bends, where the limits of the joints change.
     Speeds change much beside a short piece: distances shrink towards it by 30 % from one node to the next.
@@ -180,7 +187,8 @@ def grid_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> Grid:
     piece = np.repeat(np.arange(len(width)), [len(starts) for starts in local])
     from_start = np.concatenate(local)
     s = np.append(breaks[piece] + from_start, breaks[-1])
-    return Grid(s=s, local=from_start, pieces=pieces[:, piece])
+    rests = np.searchsorted(s, breaks[list(corners)])
+    return Grid(s=s, local=from_start, pieces=pieces[:, piece], rests=rests)
 
 
 def _shrinking(nearest: float, step: float, room: float) -> list[float]:
@@ -292,14 +300,17 @@ def fastest_speeds(
     first, second = closed(grid.derivative(1)), closed(grid.derivative(2))
     after = grid.width
     squared = fastest_squared_speeds(
-        first, second, after, closed(rate), closed(acceleration)
+        first, second, after, closed(rate), closed(acceleration), grid.rests
     )
     rise_after = np.diff(squared) / (2 * after)
     before, rise_before = np.roll(after, 1), np.roll(rise_after, 1)
     rise = (before * rise_before + after * rise_after) / (before + after)
     change = before * after / (before + after) * (rise_after - rise_before)
     # A change of more than that is of a grid too coarse for the limits; any speed makes a law.
-    return np.maximum(squared[:-1] + change, 0.25 * squared[:-1]), rise
+    squared = np.maximum(squared[:-1] + change, 0.25 * squared[:-1])
+    squared[grid.rests] = 0.0
+    rise[grid.rests] = 0.0
+    return squared, rise
 
 
 def fastest_squared_speeds(
@@ -308,6 +319,7 @@ def fastest_squared_speeds(
     width: FloatArray,
     rate: FloatArray,
     acceleration: FloatArray,
+    rests: npt.ArrayLike = (),
 ) -> FloatArray:
     """Return the largest b = ṡ² at every node of a closed grid, shape (n + 1,), the last equal to the first.
 
@@ -337,12 +349,13 @@ def fastest_squared_speeds(
         earlier = _meeting(down, up).min(axis=(1, 2))
     bounds[:-1] = np.minimum(bounds[:-1], np.minimum(box, earlier))
     bounds[1:] = np.minimum(bounds[1:], np.minimum(box, later))
+    bounds[np.asarray(rests, dtype=np.intp)] = 0.0
     bounds[[0, -1]] = min(bounds[0], bounds[-1])
     return _passed(bounds, up, down)
 
 
 class _Lines(NamedTuple):
-    """Upper bounds of the value at one end of each interval, start + slope·(value at the other end), shapes (n, 4)."""
+    """Upper bounds of the value at one end of each interval, start + slope·(value at the other end), shapes (n, rows)."""
 
     start: FloatArray
     slope: FloatArray
@@ -359,7 +372,7 @@ def _line(limit: FloatArray, known: FloatArray, bounded: FloatArray) -> _Lines:
 
 
 def _meeting(bounded: _Lines, other: _Lines) -> FloatArray:
-    """Return the largest value of one end that each pair of rows admits, shape (n, 4, 4)."""
+    """Return the largest value of one end that each pair of rows admits, shape (n, rows, rows)."""
     start, slope = bounded.start[:, :, None], bounded.slope[:, :, None]
     rest = 1.0 - slope * other.slope[:, None, :]
     value = (start + slope * other.start[:, None, :]) / rest
@@ -374,7 +387,7 @@ def _passed(bounds: FloatArray, up: _Lines, down: _Lines) -> FloatArray:
     forwards = (order, np.roll(order, -1), up)
     backwards = (order[::-1], order[::-1], down)
     ways = [
-        [*zip(node.tolist(), *(of[interval].tolist() for of in lines), strict=True)]
+        [*zip(node.tolist(), np.stack(lines, axis=2)[interval].tolist(), strict=True)]
         for interval, node, lines in (forwards, backwards)
     ]
     # From the narrowest node on once round, until that node stays as it is.
@@ -382,10 +395,13 @@ def _passed(bounds: FloatArray, up: _Lines, down: _Lines) -> FloatArray:
         known = b[start]
         for way in ways:
             x = b[start]
-            for node, (i0, i1, i2, i3), (s0, s1, s2, s3) in way:
-                x = b[node] = min(
-                    b[node], i0 + s0 * x, i1 + s1 * x, i2 + s2 * x, i3 + s3 * x
-                )
+            for node, rows in way:
+                least = b[node]
+                for start_value, slope in rows:
+                    bound = start_value + slope * x
+                    if bound < least:
+                        least = bound
+                x = b[node] = least
         if b[start] >= known * (1 - 1e-13):
             break
     return np.array([*b, b[0]])

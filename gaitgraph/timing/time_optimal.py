@@ -25,9 +25,9 @@ from gaitgraph.timing.curve import Curve, Rounding, rounded
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.lifted_gait import (
     LiftedTimedGait,
-    corners_of,
     gait_with_law,
     is_lifted,
+    path_of,
 )
 from gaitgraph.timing.limited_gait import LimitedGait
 from gaitgraph.timing.limits import Limits, limits_of
@@ -338,6 +338,16 @@ class _Route:
         return self.extent > _STILL
 
     @property
+    def bent_path(self) -> tuple[FloatArray, FloatArray, Sequence[int]] | None:
+        """Breaks, polynomials and corners, at which a law rests, of a path that bends between corners; else None."""
+        if self.curve is not None:
+            return self.curve.breaks, self.curve.pieces, ()
+        if is_lifted(self.gait):
+            path = path_of(self.gait)
+            return path.breaks, path.pieces, path.corners.tolist()
+        return None
+
+    @property
     def lowest_limits(self) -> FloatArray:
         """The limits of these joints, shape (3, 2) or (3, 4)."""
         return self.limits.of_joints(self.joints)
@@ -425,7 +435,7 @@ class _Route:
         for order, limit in enumerate(self.lowest_limits, start=1):
             shares = timed.peaks_between_knots(order)[:, self.moves] / limit[self.moves]
             factors = np.maximum(factors, shares.max(axis=1) ** (1.0 / order))
-        corners = corners_of(self.gait)
+        corners = path_of(self.gait).corners
         slowest = np.maximum.reduceat(factors, corners)
         rows = np.diff([*corners, len(widths)])
         widths *= np.repeat(slowest, rows) * (1.0 + _ROUND_OFF)
@@ -557,10 +567,13 @@ def _fastest(
     route: _Route, nodes: int, progress: Callable[[str], None] | None
 ) -> tuple[LimitedGait, str]:
     """Return the gait with the fastest law found, and a note if it was not optimised."""
-    if route.curve is None:
+    under_jerk = route.limits.jerk is not None
+    path = route.bent_path
+    if path is None or (under_jerk and route.curve is None):
         return _fastest_resting(route)
     completed = route.limits.completed(route.extent)
-    grid = grid_along(route.curve.breaks, route.curve.pieces, nodes)
+    breaks, pieces, corners = path
+    grid = grid_along(breaks, pieces, nodes, corners)
     count = len(grid.width)
     # A joint that stands still keeps any limit.
     allowed = np.where(route.moves, completed, 1.0)
@@ -569,14 +582,14 @@ def _fastest(
     speeds = fastest_speeds(grid, limits[0], limits[1])
     tried: list[LimitedGait] = []
     programmes = None
-    if route.limits.jerk is not None:
+    if under_jerk:
         # Either these speeds, slower, or an even one, with the least jerk along the path.
         even = np.ones(count)
         for squared, rise in (speeds, (even, 0 * even)):
             tried.append(route.kept(grid.law(squared, rise)))
         slow = min(tried, key=lambda timed: timed.period)
         if count > _MOST_NODES_UNDER_JERK:
-            return slow, _not_optimised(count, len(route.curve.breaks) - 1)
+            return slow, _not_optimised(count, len(breaks) - 1)
         start = even if slow is tried[1] else speeds[0]
         programmes = JerkProgrammes(grid, progress)
         speeds = programmes.settled(start / (1 + slow.stretch) ** 2, limits)
