@@ -307,19 +307,20 @@ def test_hover_is_entered_on_the_sheet_and_walls_are_proven(tmp_path: Path) -> N
     assert "the start is not flyable: least singular value" in str(low.reason)
 
 
+@pytest.mark.parametrize("jerk", [None, [300] * 4])
 @KINDS
 def test_least_periods_keep_limits_of_all_four_arms(
-    vehicle: gg.Vehicle, tmp_path: Path
+    vehicle: gg.Vehicle, jerk: Any, tmp_path: Path
 ) -> None:
     corners = loop_in_region(vehicle)
     gait = gg.plan_loop(corners, vehicle=vehicle, sign="positive").gait
-    limits = gg.Limits(rate=[2, 1, 3, 2], acceleration=[9, 9, 6, 12], jerk=[300] * 4)
+    limits = gg.Limits(rate=[2, 1, 3, 2], acceleration=[9, 9, 6, 12], jerk=jerk)
     answer = gg.least_period(gait, limits)
     timed = answer.timed
     assert timed is not None
     t = np.linspace(0, timed.period, 20_001)
     motion = timed.at(t)
-    assert curved_sheet(vehicle).distances(motion.alpha).max() < 1e-4
+    assert curved_sheet(vehicle).distances(motion.alpha).max() < 1e-5
     values = [motion.rates, motion.accelerations, timed.derivative(t, 3)]
     shares = []
     for order, value in enumerate(values, start=1):
@@ -328,15 +329,17 @@ def test_least_periods_keep_limits_of_all_four_arms(
         assert (timed.peaks(order) >= np.abs(value).max(axis=0)).all()
         assert (timed.peaks(order) <= limit).all()
         shares.append(np.abs(value / limit).max(axis=1))
-    # Each leg is as fast as it can be.
-    rests = t[np.abs(motion.rates).max(axis=1) < 1e-3 * np.abs(motion.rates).max()]
-    legs = np.split(
-        np.max(shares, axis=0),
-        np.searchsorted(t, rests[np.diff(rests, prepend=-1) > 0.05])[1:-1],
-    )
-    assert min(leg.max() for leg in legs) > 0.9
+    at_limit = np.max(shares, axis=0) > 0.9
+    if jerk is None:  # the fastest law is at some limit nearly always
+        assert at_limit.mean() > 0.85
+        assert not answer.note
+    else:
+        assert "by the law 'smooth'" in answer.note
+        speed = np.abs(motion.rates).max(axis=1)
+        starts = np.flatnonzero(np.diff(speed > 1e-3 * speed.max(), prepend=0) > 0)
+        assert len(starts) == 3
+        assert all(leg.any() for leg in np.split(at_limit, starts)[1:])
     assert 0 < answer.lower_bound <= timed.period
-    assert "by the law 'smooth'" in str(answer)
     timed.write(tmp_path / "fast.csv")
     again = gg.timing.timed_gait_of(tmp_path / "fast.csv")
     np.testing.assert_allclose(again.at(t).alpha, motion.alpha, atol=1e-12)

@@ -12,7 +12,7 @@ the path's polynomials it gives polynomials of time, whose Bernstein coefficient
 Three ways lead to speeds, each for what its limits ask:
 
 * from rest to rest along straight lines, in the phases of the fastest motion (:func:`rest_to_rest`);
-* along a smooth curve under limits of rate and acceleration. With b = ṡ² the accelerations q″b + q′s̈ are linear in b and
+* along a smooth curve, or one with rests at corners, under limits of rate and acceleration. With b = ṡ² the accelerations q″b + q′s̈ are linear in b and
   s̈. For a constant s̈ on every interval they are linear in b at its two ends, and each limit bounds the later value by an
   increasing function of the earlier one (speeding up), the earlier by the later (slowing down), or both. Such a set is
   closed under taking the larger of two solutions point by point, so it has a largest solution, the fastest at every
@@ -323,9 +323,9 @@ def fastest_squared_speeds(
 ) -> FloatArray:
     """Return the largest b = ṡ² at every node of a closed grid, shape (n + 1,), the last equal to the first.
 
-    `first` and `second` are q′ and q″ of the two joints at the nodes, shape (n + 1, 2), `width` the widths of the
-    intervals, `rate` and `acceleration` the positive limits of the joints at the nodes, of the same shape or (2,); a
-    rate may be infinite.
+    `first` and `second` are q′ and q″ of the joints at the nodes, shape (n + 1, joints), `width` the widths of the
+    intervals, `rate` and `acceleration` the positive limits of the joints at the nodes, of the same shape or (joints,);
+    a rate may be infinite. At the nodes with the numbers `rests` b is 0.
 
     The limits hold at both ends of every interval. A row whose two coefficients have the same sign, where q′ nearly
     vanishes (|q′| ≤ 2·width·|q″|), is replaced by the bound b ≤ limit/|q″| at both ends, which implies it and costs at
@@ -397,10 +397,8 @@ def _passed(bounds: FloatArray, up: _Lines, down: _Lines) -> FloatArray:
             x = b[start]
             for node, rows in way:
                 least = b[node]
-                for start_value, slope in rows:
-                    bound = start_value + slope * x
-                    if bound < least:
-                        least = bound
+                for lowest, slope in rows:
+                    least = min(least, lowest + slope * x)
                 x = b[node] = least
         if b[start] >= known * (1 - 1e-13):
             break

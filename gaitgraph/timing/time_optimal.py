@@ -1,6 +1,7 @@
 """Time-optimal laws: the least period under limits, and a law for a given period.
 
-A route is what is run: a smooth curve, or a polyline with a rest at each corner. Along a curve the limits hold at nodes
+A route is what is run: a smooth curve, or a polyline, also lifted to a curved sheet, with a rest at each corner. Along
+what bends the limits hold at nodes
 first. Where the law between two nodes exceeds one, the limits at these nodes are lowered by as much and the law is found
 again. In the end time is stretched by the exact factor with which the largest rate, acceleration and jerk, bounded
 between samples too, meet their limits. A jerk limit changes only how speeds at nodes are found.
@@ -60,7 +61,7 @@ _SHORTEST, _LONGEST = 1e-6, 1e9  # limits of the period of a timed gait [s]
 _CORRECTIONS = 4  # after which limits at nodes are lowered no more
 _ENOUGH = 1e-5  # stretch of time that is not worth another correction
 _STILL = 1e-12  # extent of an angle that does not move [rad]
-_ALONG_SHEET = "from corner to corner along the curved sheet by the law 'smooth': others may be faster"
+_ALONG_SHEET = "under the jerk limit each leg runs along its curved sheet by the law 'smooth': others may be faster"
 _ROUND_OFF = 1e-12  # share by which time is stretched more than the peaks ask for
 
 
@@ -208,7 +209,8 @@ def least_period(
     The law is the fastest of those with constant s̈ between nodes; under a jerk limit, the best of a few linear
     programmes of at most 5000 nodes. No law is faster than `lower_bound`. Without a jerk limit the acceleration changes
     over 0.1 % of the period (of a segment's time, where the law rests). Looser limits need not take less time. Along a
-    curved sheet each leg runs by the law `smooth`, as fast as the bounds of its peaks allow; a note says so.
+    curved sheet the law rests at the corners and is found at nodes between them; under a jerk limit each leg runs by the
+    law `smooth`, as fast as the bounds of its peaks allow, and a note says so.
 
     Examples
     --------
@@ -612,7 +614,7 @@ def _fastest(
 
 
 def _fastest_resting(route: _Route) -> tuple[LimitedGait, str]:
-    """Return the gait with the fastest law that rests at its corners; a note along a curved sheet, where others may be faster."""
+    """Return the gait with a law that rests at its corners: the fastest, or along a curved sheet `smooth`, with a note."""
     motion = gait_with_law(route.gait, 1.0, "smooth", 1)
     if isinstance(motion, LiftedTimedGait):
         return route.kept_by_leg(motion), _ALONG_SHEET
