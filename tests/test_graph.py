@@ -202,7 +202,9 @@ def test_edges_have_the_least_servo_margin_of_their_ends_and_middle() -> None:
         margins = servo_margins_found(places, gg.PAPER, DEFAULT_FLOOR)
         assert edge["servo_margin"] == pytest.approx(margins.min(), abs=1e-6)
         flyable.append(edge)
-    assert flyable
+    flyable[0]["servo_margin"] += 1e-3
+    with pytest.raises(gg.errors.ContractError, match="servo_margin must be"):
+        validate_graph(graph)
 
 
 def test_zones_cut_nodes_and_edges() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.graph.build import surface_graph, validate_graph
+from gaitgraph.graph.build import surface_graph
 from gaitgraph.invertibility.error_margins import servo_margin
 from gaitgraph.planning.request import read_request
 from tests.published import GAITS
@@ -70,26 +70,6 @@ def test_requests_hold_the_margin(tmp_path: Path) -> None:
     ):
         with pytest.raises(gg.InputError, match="^servo_margin "):
             gg.plan_loop(GAIT_4, **asked)
-
-
-def test_edges_have_margins_of_their_ends_and_middles() -> None:
-    graph = surface_graph("positive", divisions=6, servo_margins=True)
-    validate_graph(graph)
-    for first, second, edge in graph.edges(data=True):
-        expected = 0.0
-        if edge["flyable"]:
-            ends = np.array(
-                [
-                    [graph.nodes[node][f"alpha{k}"] for k in (1, 2, 3, 4)]
-                    for node in (first, second)
-                ]
-            )
-            places = [*ends, ends.mean(axis=0)]
-            expected = min(servo_margin(at[None]).found or 0.0 for at in places)
-        assert edge["servo_margin"] == pytest.approx(expected, abs=1e-6)
-    edge["servo_margin"] += 1e-3
-    with pytest.raises(gg.GaitgraphError, match="servo_margin must be"):
-        validate_graph(graph)
 
 
 @pytest.mark.parametrize("floor", [0.0, 0.05])
