@@ -42,7 +42,7 @@ CORNER = (2 * PUBLISHED.delta - pi / 2, pi / 2 - 2 * PUBLISHED.delta)
 
 @pytest.fixture(scope="module")
 def negative() -> nx.Graph[Any]:
-    return surface_graph("negative")
+    return surface_graph("negative", divisions=8)
 
 
 @pytest.mark.parametrize("sign", SIGNS)
@@ -245,7 +245,7 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
             metadata_of(nx.Graph(name=json.dumps(rest)))
 
 
-FIRST, SECOND = "014 002 red", "014 003 red"
+FIRST, SECOND = "007 001 red", "007 002 red"
 
 
 @pytest.mark.parametrize(
@@ -301,12 +301,12 @@ def test_graphs_with_other_nodes_or_edges_are_refused(
     wrong: list[tuple[str, Any]] = [
         ("must be a networkx.Graph", negative.to_directed()),
         ("name must be the JSON", nx.Graph(name="[1]")),
-        ("must be a root", nx.relabel_nodes(negative, {FIRST: "014 099 red"})),
+        ("must be a root", nx.relabel_nodes(negative, {FIRST: "007 099 red"})),
     ]
     at_grid = negative.copy()
     at_grid.add_node("w000 red 0", **copied)
     wrong.append(("must be a root", at_grid))
-    for other in ("009 002 red", FIRST, "014 003 blue"):
+    for other in ("004 001 red", FIRST, "007 002 blue"):
         joined = negative.copy()
         joined.add_edge(FIRST, other, **negative.edges[FIRST, SECOND])
         wrong.append(("must join neighbours", joined))

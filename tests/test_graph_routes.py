@@ -67,7 +67,7 @@ def weighted(draw: st.DrawFn) -> dict[tuple[int, int], int]:
     return {pair: draw(st.integers(0, 5)) for pair in chosen}
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 @given(weighted(), st.one_of(st.none(), st.integers(0, 25)), st.booleans())
 def test_every_cycle_comes_once_in_the_total_order(
     lengths: dict[tuple[int, int], int], most: int | None, own: bool

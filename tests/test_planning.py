@@ -59,7 +59,7 @@ def short(loop: Any) -> str:
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=10)
 @given(
     points=st.lists(st.tuples(angle, angle), min_size=1, max_size=3),
     divisions=st.none() | st.integers(3, 20),
