@@ -248,6 +248,12 @@ def test_the_command_plans_on_a_curved_sheet(run: Any, tmp_path: Path) -> None:
     assert (answer["types"], answer["flyable"]) == ([], True)
     assert run("validate", "own.csv").code == 0
     assert run("region", "--vehicle", "own.toml").code == 0
+    limits: tuple[object, ...] = ("--max-rate", 2, "--max-acceleration", 9)
+    assert run("pace", "own.csv", *limits, "--output", "fast.csv").code == 0
+    assert run("transition", "hover", "own.csv").code == 0
+    assert run("transition", "fast.csv", "own.csv").code == 0
+    refused = run("pace", "own.csv", *limits, "--rounding", 0.02)
+    assert (refused.code, "planes of gaits" in refused.err) == (2, True)
 
 
 def test_a_margin_that_no_curved_region_keeps_is_refused() -> None:

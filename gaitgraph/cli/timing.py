@@ -250,13 +250,14 @@ def pace_command(
 def _origin_of(
     gait_file: str, vehicle: Vehicle | None, coefficients: Kind | None
 ) -> Origin:
-    """Return the path of a gait file and what it was made for; raise unless it is on one sheet."""
+    """Return the path of a gait file and what it was made for; raise unless it is on one plane, if there are planes."""
     from gaitgraph.errors import InputError
     from gaitgraph.timing.time_optimal import origin_of
 
     source = gait_in(gait_file, vehicle=vehicle, coefficients=coefficients)
     origin = origin_of(source, vehicle=vehicle, coefficients=coefficients)
-    if origin.gait.color not in ("red", "blue"):
+    has_planes = origin.gait.vehicle.asymmetry is None
+    if has_planes and origin.gait.color not in ("red", "blue"):
         why = f"gaitgraph validate {gait_file} says why"
         remedy = f"{why}, gaitgraph retarget {gait_file} moves it there"
         raise InputError(

@@ -381,7 +381,7 @@ def _judged(answer: Transition, limited: Gait, floor: float, *ends: _End) -> Tra
         return replace(answer, judged=report)
     reason = report.reason
     broken = {check.name for check in report.checks if not check.ok}
-    of_rows = any(isinstance(end.motion, RowTimedGait) for end in ends)
+    of_rows = any(type(end.motion) is RowTimedGait for end in ends)
     if of_rows and broken and broken <= set(RATE_CHECKS):
         reason = f"{reason}; the gait is known by its rows alone, and more of them may be enough"
     return replace(answer, reason=reason, judged=report)

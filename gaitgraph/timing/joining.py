@@ -79,7 +79,7 @@ def played(
     table = given.table
     if table is None or not table.joined_by_cubics:
         return motion
-    if not isinstance(motion, RowTimedGait):
+    if type(motion) is not RowTimedGait:
         return motion
     rows = completed_table(table, vehicle=vehicle, coefficients=coefficients)
     rates = np.column_stack([rows[name] for name in RATES])
