@@ -177,6 +177,50 @@ def test_one_number_that_differs_drops_the_statement(
         assert found.notes[0] not in str(report)  # it was said when the file was read
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".json"])
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        ({"R": 1e-3}, "row 5 has R = "),
+        ({"types": "(-,-)"}, "row 5 has the types"),
+        ({"waypoints": [(-0.3, 0.5)]}, "passes 0.1 rad from waypoint 1"),
+        ({"waypoints": [("x", 0)]}, "the stated request is wrong: waypoints"),
+        ({"period": 2.0}, "the stated request has period = 2.0, the stated motion"),
+        ({"law": "equal-time"}, "the stated request has law = 'equal-time'"),
+    ],
+)
+def test_what_follows_from_the_motion_is_compared_with_it(
+    edit: dict[str, Any], said: str, suffix: str, tmp_path: Path
+) -> None:
+    planned = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)]
+    table = table_of(gg.plan_loop(planned).timed(samples=20))
+    columns = dict(table.columns)
+    request = dict(table.about["request"])
+    for name, value in edit.items():
+        if name == "R":
+            columns[name] = columns[name] + value * (np.arange(21) == 4)
+        elif name == "types":
+            columns[name] = [*columns[name][:4], value, *columns[name][5:]]
+        else:
+            request[name] = value
+    wrong = Table(columns=columns, about=table.about | {"request": request})
+    found, notes = read_in(tmp_path / f"a{suffix}", wrong)
+    assert len(notes) == 1
+    assert said in notes[0]
+    assert found.motion is None
+    assert set(found.columns) == {"t", *ANGLES}
+
+
+@pytest.mark.parametrize("limits", ["fast", {"rate": "5"}, {"rate": [1, 1, 1, -1]}])
+def test_limits_that_are_none_are_refused(limits: Any, tmp_path: Path) -> None:
+    """Which limits a table was made for cannot be seen from its rows."""
+    table = table_of(gg.lift(TRIANGLE, "red").parametrize(0.8))
+    with pytest.raises(gg.InputError, match="limits"):
+        read_in(
+            tmp_path / "a.json", replace(table, about=table.about | {"limits": limits})
+        )
+
+
 def without(table: Table, rows: Any) -> Table:
     keep = np.delete(np.arange(len(table)), rows)
     columns = {

@@ -207,14 +207,22 @@ class Table(Pictured):
     @property
     def limits(self) -> dict[str, Each]:
         """The limits that the table was made for: rate, acceleration, jerk [rad/s, …], four values of each; else none."""
-        stated = self.about.get("limits")
+        stated = self.about.get("limits", {})
         if not isinstance(stated, dict):
-            return {}
+            raise InputError(
+                f"limits must be an object of numbers, got {shown(stated)}",
+                field="limits",
+            )
         found: dict[str, Each] = {}
-        for kind in ("rate", "acceleration", "jerk"):
-            values = stated.get(kind)
-            if isinstance(values, list) and all(number_of(one) >= 0 for one in values):
-                found[kind] = tuple(map(float, values))
+        for kind in RATE_UNITS.keys() & stated.keys():
+            values = stated[kind]
+            each = tuple(values) if isinstance(values, list) else (values,) * 4
+            if len(each) != 4 or not all(number_of(one) >= 0 for one in each):
+                raise InputError(
+                    f"limits of {kind} must be one or four numbers ≥ 0, got {shown(values)}",
+                    field="limits",
+                )
+            found[kind] = each
         return found
 
     @property

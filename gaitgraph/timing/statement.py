@@ -1,7 +1,7 @@
 """One truth in a table: its rows. What it states of where they come from is checked once, when it is read.
 
 A table may state the motion that its rows sample: corners, law, period and number of samples, and limits for the laws of
-``pace``; or these of each section of a path. :func:`checked` computes that motion again and compares it with the rows, number by number, each to half a unit of
+``pace``; the request of its plan; or these of each section of a path. :func:`checked` computes that motion again and compares it with the rows, number by number, each to half a unit of
 the last digit that this number was printed with. If all agree, the table keeps the motion (:attr:`Table.motion`).
 If one does not, or a row is missing, the whole statement is dropped with one warning, and with it the columns that
 follow from the angles. Rates that do not fit the rows are dropped too. No other place compares rows with a statement.
@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import shapely
 
-from gaitgraph.angles import checked_number, whole_number
-from gaitgraph.errors import FileWarning, GaitgraphError, InputError
+from gaitgraph.angles import angles_from, checked_number, whole_number
+from gaitgraph.errors import FileWarning, GaitgraphError, InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -30,20 +31,25 @@ from gaitgraph.gait.table import (
     own_angles,
     surface_of,
     wrong_times,
+    wrong_types,
 )
+from gaitgraph.invertibility.matrices import level_determinant
+from gaitgraph.surface.sheets import color_codes
 from gaitgraph.timing.joining import joined_again
+from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, TimedPath
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import Each, Vehicle
 
 _MADE_FROM = ("corners", "sections")
 _STATED = (*_MADE_FROM, "rounding", "law", "period", "samples", "made_by", "request")
 _DERIVATIVES = (*RATES, *ACCELERATIONS)
 _COMPUTED = ("color", "types", "R", *_DERIVATIVES, *THRUSTS)
+_MISSED = 1e-6  # a waypoint of a request, farther from the motion [rad]
 _ROUND_OFF = 1e-11  # of a motion computed again, as a share of its largest value
 
 
@@ -55,7 +61,8 @@ def checked(table: Table, name: object = None) -> Table:
     """
     if table.motion is not None:
         return table
-    motion, difference = _stated_motion(table)
+    limits = table.limits  # wrong ones are an error, and no difference
+    motion, difference = _stated_motion(table, limits)
     if motion is not None and not difference:
         return table.with_motion(motion)
     if difference:
@@ -79,7 +86,9 @@ def checked(table: Table, name: object = None) -> Table:
     return replace(table, columns=columns, notes=(*table.notes, note))
 
 
-def _stated_motion(table: Table) -> tuple[TimedGait | None, str]:
+def _stated_motion(
+    table: Table, limits: dict[str, Each]
+) -> tuple[TimedGait | None, str]:
     """Return the motion that a table states, if it states one, and how its rows differ from it, "" if they agree."""
     about = table.about
     is_stated = any(name in about for name in _MADE_FROM)
@@ -97,10 +106,14 @@ def _stated_motion(table: Table) -> tuple[TimedGait | None, str]:
         return None, difference
     surface = surface_of(table)  # wrong constants are an error, and no difference
     try:
-        motion = _motion_of(table, surface, samples, period)
+        motion = _motion_of(table, surface, samples, period, limits)
     except (GaitgraphError, LookupError, TypeError, ValueError) as error:
         return None, f"the stated motion cannot be made: {error}"
-    return motion, _first_difference(table, motion)
+    try:
+        difference = _difference_from_request(table, motion)
+    except (InputError, ValueError) as error:
+        difference = f"the stated request is wrong: {error}"
+    return motion, difference or _first_difference(table, motion)
 
 
 def _motion_of(
@@ -108,6 +121,7 @@ def _motion_of(
     surface: tuple[Vehicle, Coefficients, float],
     samples: int,
     period: float,
+    limits: dict[str, Each],
 ) -> TimedGait:
     """Return the timed gait, or path, that a table states."""
     about: dict[str, Any] = table.about
@@ -141,7 +155,7 @@ def _motion_of(
         about.get("law", ""),
         period,
         samples=samples,
-        limits=table.limits,
+        limits=limits,
         rounding=about.get("rounding"),
     )
     return motion if table.repeats else TimedPath.of(motion)
@@ -169,7 +183,11 @@ def _first_difference(table: Table, motion: TimedGait) -> str:
         return "the rows have more than one color, the stated motion has one"
     first = len(table)
     difference = ""
-    groups = zip((ANGLES, RATES, ACCELERATIONS), motion.at(motion.t), strict=True)
+    at_rows = motion.at(motion.t)
+    R = np.asarray(level_determinant(at_rows.alpha, motion.gait.coefficients))
+    groups = zip(
+        (ANGLES, RATES, ACCELERATIONS, ("R",)), (*at_rows, R[:, None]), strict=True
+    )
     for names, values in groups:
         scale = _ROUND_OFF * (1.0 + np.abs(values).max())
         for name, expected in zip(names, values.T, strict=True):
@@ -184,7 +202,35 @@ def _first_difference(table: Table, motion: TimedGait) -> str:
                     f"row {row + 1} has {name} = {table[name][row]:.9g}, the stated motion has {expected[row]:.9g} "
                     f"there ({off[row]:.2g} apart)"
                 )
+    if not difference and "types" in table and motion.gait.colors:
+        wrong = wrong_types(table, color_codes(motion.gait.colors[:1] * len(table)))
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            difference = f"row {row + 1} has the types {table['types'][row]}, the stated motion is {motion.gait.color}"
     return difference
+
+
+def _difference_from_request(table: Table, motion: TimedGait) -> str:
+    """Return how the stated request differs from the motion beside it, "" if it does not: its timing, its waypoints."""
+    about = table.about
+    request = about.get("request")
+    if not isinstance(request, dict):
+        return ""
+    if about.get("law") in LAWS:
+        for name in ("period", "law", "samples"):
+            if request.get(name, about[name]) != about[name]:
+                return (
+                    f"the stated request has {name} = {shown(request[name])}, the stated motion has "
+                    f"{shown(about[name])}"
+                )
+    waypoints = angles_from(request.get("waypoints", []), "waypoints").reshape(-1, 2)
+    corners = motion.gait.alpha[:, :2]
+    loop = shapely.LineString(np.vstack([corners, corners[:1]]))
+    off = shapely.distance(shapely.points(waypoints), loop)
+    if (off > _MISSED + (motion.stated_rounding or 0.0)).any():
+        number = int(np.argmax(off)) + 1
+        return f"the stated motion passes {off.max():.2g} rad from waypoint {number} of the stated request"
+    return ""
 
 
 def _first_misfit(table: Table) -> str:
