@@ -289,10 +289,12 @@ def wrapped(angle: Any, period: float = math.pi) -> Any:
     >>> wrapped(math.pi / 2) == math.pi / 2, round(wrapped(2.0), 4)
     (True, -1.1416)
     """
-    if type(angle) is float and abs(angle) <= _LARGEST:
+    is_period = type(period) is float and 0.0 < period < math.inf
+    if type(angle) is float and abs(angle) <= _LARGEST and is_period:
         return angle - period * round(angle / period)
     import numpy as np
 
+    period = checked_number("period", period, "a positive number", above=True)
     angles = angles_from(angle, "angle")
     return angles - period * np.rint(angles / period)
 

@@ -191,6 +191,22 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def check_kind(name: str, value: object, *kinds: type) -> None:
+    """Raise InputError unless a value is of one of some kinds.
+
+    >>> check_kind("zones", [], dict)
+    Traceback (most recent call last):
+    gaitgraph.errors.InputError: zones must be of the kind dict, got []
+    """
+    if not isinstance(value, kinds):
+        names = " or ".join(kind.__name__ for kind in kinds)
+        raise InputError(
+            f"{name} must be of the kind {names}, got {shown(value)}",
+            field=name,
+            value=value,
+        )
+
+
 def needs_extra(module: str, purpose: str, extra: str) -> MissingExtra:
     """Return what to raise where a library of an extra cannot be imported.
 

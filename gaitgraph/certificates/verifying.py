@@ -19,7 +19,7 @@ from gaitgraph.certificates.check import (
     wrenches_of,
 )
 from gaitgraph.errors import InputError
-from gaitgraph.files import naming_file, text_of
+from gaitgraph.files import naming_file, path_of, text_of
 from gaitgraph.gait.table import ANGLES
 from gaitgraph.io.formats import FORMATS, read_table
 from gaitgraph.records import Record
@@ -110,7 +110,7 @@ def verify(certificate: str | Path, table: str | Path | None = None) -> Verified
     A row may be off by the deviation that the certificate states; in a table of servo positions by half a step of the servo
     more, and in a bag by what half a nanosecond explains.
     """
-    path = Path(certificate)
+    path = path_of(certificate, "certificate")
     text = text_of(path, "certificate")
     try:
         found = check(text)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import checked_number
 from gaitgraph.errors import InputError, needs_extra
 from gaitgraph.invertibility.matrices import thrust_signs
 from gaitgraph.vehicle import vehicle_named
@@ -114,6 +115,7 @@ class Engine:
         self, vehicle: VehicleLike, *, step: float = 1e-3, air: bool = False
     ) -> None:
         vehicle = vehicle_named(vehicle)
+        checked_number("step", step, "a positive number (s)", above=True)
         text = mjcf_of(vehicle, step=step, air=air)
         try:
             self.model = copy(_compiled(text))

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from gaitgraph import later
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
 from gaitgraph.arrays import read_only
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, check_kind, shown
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
@@ -103,7 +103,9 @@ class Gait(Pictured):
         crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
         request: Mapping[str, Any] | None = None,
     ) -> None:
-        corners, names = np.array(angles_from(alpha, "alpha")), tuple(colors)
+        corners = np.array(angles_from(alpha, "alpha"))
+        check_kind("colors", colors, list, tuple)
+        names = tuple(colors)
         if corners.ndim != 2 or corners.shape[1] != 4 or not len(corners):
             raise InputError(
                 f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}",

@@ -24,7 +24,7 @@ import numpy.typing as npt
 from gaitgraph import __version__, later
 from gaitgraph.angles import angles_from, checked_number, number_of
 from gaitgraph.arrays import check_unmasked, freeze_arrays, read_only
-from gaitgraph.errors import FileWarning, InputError, shown
+from gaitgraph.errors import FileWarning, InputError, check_kind, shown
 from gaitgraph.gait.digits import Digits
 from gaitgraph.gait.gait import points_on_sheets
 from gaitgraph.invertibility.coefficients import (
@@ -159,6 +159,8 @@ class Table(Pictured):
         return self.digits.get(name, Digits()).half_units(values)
 
     def __post_init__(self) -> None:
+        check_kind("columns", self.columns, dict)
+        check_kind("about", self.about, dict)
         for name, values in self.columns.items():
             if isinstance(values, np.ndarray):
                 check_unmasked(values, name)

@@ -48,7 +48,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import checked_number, number_of
-from gaitgraph.errors import ContractError, InputError, checked_choice, shown
+from gaitgraph.errors import (
+    ContractError,
+    InputError,
+    check_kind,
+    checked_choice,
+    shown,
+)
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.edges import allowed_pairs, edge_attributes
 from gaitgraph.graph.nodes import (
@@ -62,6 +68,7 @@ from gaitgraph.invertibility.coefficients import (
     CoefficientsLike,
     coefficients_of,
 )
+from gaitgraph.surface.region import Zones
 from gaitgraph.tolerances import DEFAULT_FLOOR, SAME_ANGLE
 from gaitgraph.vehicle import (
     PAPER,
@@ -77,7 +84,6 @@ if TYPE_CHECKING:
     import networkx as nx
     import numpy.typing as npt
 
-    from gaitgraph.surface.region import Zones
     from gaitgraph.surface.sheets import Sign
 
 CONTRACT = "gaitgraph surface graph 1"
@@ -125,6 +131,7 @@ def surface_graph(
 
     divisions = checked_divisions(divisions)
     checked_choice("sign", sign, ("positive", "negative"))
+    check_kind("zones", zones, Zones, type(None))
     floor = checked_number("floor", floor)
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)

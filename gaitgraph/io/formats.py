@@ -20,6 +20,7 @@ from gaitgraph.errors import (
     InputError,
     MissingExtra,
     OutputExists,
+    check_kind,
     checked_choice,
     did_you_mean,
     needs_extra,
@@ -211,6 +212,8 @@ def write_tables(
     Raises OutputExists if a file exists and `force` is not set, FileProblem if one cannot be written (then no file is
     changed), InputError if a suffix is not known or a file is named twice, and MissingExtra if a library is missing.
     """
+    check_kind("table", table, Table)
+    check_kind("paths", paths, list, tuple)
     servo_map = None if servos is None else servo_map_named(servos)
     if format is not None:
         for stream in paths:

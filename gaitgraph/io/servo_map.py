@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.arrays import check_unmasked
-from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
+from gaitgraph.errors import InputError, check_fields, check_kind, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 from gaitgraph.gait.digits import Digits, digits_of
 from gaitgraph.gait.table import (
@@ -571,6 +571,7 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
     and ``about["angle_rounding"]`` states the error [rad]. Raises InputError if a joint is beyond its limits, unless the
     map clips, or if the map is for another vehicle.
     """
+    check_kind("table", table, Table)
     vehicle = surface_of(table)[0]
     servo_map = servo_map_named(servo_map)
     servo_map.check_vehicle(vehicle)

@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gaitgraph.errors import FileProblem, InputError, checked_choice, shown
-from gaitgraph.files import check_new_files
+from gaitgraph.errors import FileProblem, InputError, check_kind, checked_choice, shown
+from gaitgraph.files import check_new_files, path_of
 from gaitgraph.gait.gait import Gait, paper_gait, printed_gait
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
@@ -27,6 +26,7 @@ from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -304,6 +304,9 @@ def write_figures(
     OutputExists before anything is written. `progress` is called with a short text before each figure.
     """
     base.require_matplotlib()
+    folder = path_of(out, "out")
+    for argument, value in (("only", only or []), ("formats", formats)):
+        check_kind(argument, value, list, tuple)
     asked = [
         checked_choice("only", str(name), FIGURES)
         for name in (FIGURES if only is None else only)
@@ -315,7 +318,7 @@ def write_figures(
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):
         checked_choice("format", kind, base.FORMATS)
-    of, folder = _input_of(vehicle, coefficients, gait), Path(out)
+    of = _input_of(vehicle, coefficients, gait)
     files = {
         name: [folder / f"{figure.stem}.{kind}" for kind in kinds]
         for name, figure in FIGURES.items()

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI, percent, whole_number
-from gaitgraph.errors import InputError, shown as shown_value
+from gaitgraph.angles import HALF_PI, checked_number, percent, whole_number
+from gaitgraph.errors import InputError, check_kind, shown as shown_value
 from gaitgraph.flight.flight import Flight
 from gaitgraph.gait.gait import Gait, name_of
 from gaitgraph.gait.given import given_gait
@@ -86,10 +86,16 @@ def gait_loop(
     `angles` are two of 1 to 4, `label` is the text in a legend, `width` is in points. With `band` the loop is a pale
     band below all marks, for a map with labels. `ax` are axes such as those of :func:`type_map`; by default new ones.
     """
-    if sorted(angles) != sorted(set(angles) & {1, 2, 3, 4}) or len(angles) != 2:
+    check_kind("angles", angles, list, tuple)
+    if (
+        len(angles) != 2
+        or angles[0] == angles[1]
+        or any(angle not in (1, 2, 3, 4) for angle in angles)
+    ):
         raise InputError(
             f"angles must be two different ones of 1 to 4, got {shown_value(angles)}"
         )
+    checked_number("width", width)
     gait = given_gait(gait).gait
     fresh = ax is None
     ax = base.axes_or_new(ax)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import angles_from
+from gaitgraph.angles import angles_from, checked_number
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
@@ -101,7 +101,10 @@ def vehicle_view(
             f"alpha must be four angles in radians, got {shown(alpha)}", field="alpha"
         )
     vehicle = vehicle_named(vehicle)
-    turned = np.eye(3) if attitude is None else np.asarray(attitude, dtype=float)
+    turned = np.eye(3)
+    if attitude is not None:
+        turned = _numbers("attitude", attitude, (3, 3))
+    checked_number("disc", disc)
     right, up = screen_axes(view)
     screen = turned.T @ np.stack([right, up], axis=-1)
     toward = turned.T @ np.cross(right, up)
@@ -111,7 +114,7 @@ def vehicle_view(
     # The direction of each thrust at a level tilt is up, whatever the spin.
     thrust = (rotor_directions(angles, vehicle)[0] * thrust_signs(vehicle)).T
     along = np.cross(thrust, outward)
-    length = np.broadcast_to(np.asarray(thrusts, dtype=float), (4,))
+    length = np.broadcast_to(_numbers("thrusts", thrusts, (4,), ()), (4,))
     centres = ends + _STALK * thrust
     circles = np.cos(_AROUND) * outward[:, None] + np.sin(_AROUND) * along[:, None]
     arms, hub = ends @ screen, np.array([0.0, 0.0, vehicle.height_ratio]) @ screen
@@ -128,6 +131,20 @@ def vehicle_view(
         labels=hub + (1.0 + _DISC + _LABEL) * (arms - hub),
         order=tuple(order.tolist()),
     )
+
+
+def _numbers(name: str, values: npt.ArrayLike, *shapes: tuple[int, ...]) -> FloatArray:
+    """Return finite numbers of one of some shapes, or raise InputError."""
+    try:
+        numbers = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.full(1, np.nan)
+    if numbers.shape not in shapes or not np.isfinite(numbers).all():
+        raise InputError(
+            f"{name} must be finite numbers of shape {shapes[0]}, got {shown(values)}",
+            field=name,
+        )
+    return numbers
 
 
 def draw_vehicle(ax: Axes, seen: VehicleView) -> list[Any]:

@@ -7,7 +7,7 @@ from functools import cached_property
 from math import isfinite, isnan
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, check_kind
 from gaitgraph.gait.gait import name_of
 from gaitgraph.invertibility.segment_bounds import thrust_shares_along
 from gaitgraph.pictured import Pictured, pandas
@@ -54,8 +54,7 @@ def comparison_of(
     >>> [row["flyable"] for row in comparison.rows]
     [False, True]
     """
-    if isinstance(gaits, str) or not hasattr(gaits, "__iter__"):
-        raise InputError("gaits must be a list of gaits", field="gaits")
+    check_kind("gaits", gaits, list, tuple)
     options: dict[str, Any] = {
         "vehicle": vehicle,
         "coefficients": coefficients,
@@ -67,6 +66,7 @@ def comparison_of(
             gait if isinstance(gait, str) else name_of(one.gait)
             for gait, one in zip(gaits, timed, strict=True)
         ]
+    check_kind("names", names, list, tuple)
     return Comparison(names=tuple(names), gaits=timed)
 
 

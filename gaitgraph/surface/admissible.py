@@ -16,7 +16,7 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI, angle_within, checked_number, figures_apart
-from gaitgraph.errors import InputError, checked_choice
+from gaitgraph.errors import InputError, check_kind, checked_choice
 from gaitgraph.invertibility import error_margins, matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import Form, level_of, rotors_of
@@ -106,6 +106,7 @@ def sign_region(
     >>> sign_region("negative", color="blue", coefficients="exact").area
     0.0
     """
+    checked_choice("sign", sign, SIGNS)
     (wanted,), accuracy = _checked_signs(color, sign), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
     least = 0.0 if least is None else checked_number("least", least)
@@ -679,6 +680,7 @@ def admissible_region(
     (4.748, 9.823)
     """
     checked_choice("require", require, ("valid", "flyable"))
+    check_kind("zones", zones, Zones, type(None))
     _checked_signs(color, sign)
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from gaitgraph import later
 from gaitgraph.angles import number_of, whole_number
 from gaitgraph.arrays import freeze_arrays, read_only, read_only_mapping
-from gaitgraph.errors import Advice, InputError, checked_choice, shown
+from gaitgraph.errors import Advice, InputError, check_kind, checked_choice, shown
 from gaitgraph.files import naming_file, path_of
 from gaitgraph.gait.gait import Gait, setting_line
 from gaitgraph.gait.given import given_gait
@@ -739,6 +739,7 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     >>> len(table), list(table.columns)[:6]
     (5, ['t', 'alpha1', 'alpha2', 'alpha3', 'alpha4', 'color'])
     """
+    check_kind("about", about, dict, type(None))
     timed = timed_gait_of(gait)
     gait = timed.gait
     made: dict[str, Any] = {
