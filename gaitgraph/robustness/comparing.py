@@ -78,7 +78,9 @@ class Comparison(Pictured):
     gaits: tuple[TimedGait, ...]
 
     def __post_init__(self) -> None:
-        if len(self.names) != len(self.gaits) or not self.gaits:
+        if not self.gaits:
+            raise InputError("gaits must be one or more, got none", field="gaits")
+        if len(self.names) != len(self.gaits):
             raise InputError(
                 f"names must be one for each gait, got {len(self.names)} of {len(self.gaits)} gaits",
                 field="names",
