@@ -190,25 +190,28 @@ class Coefficients:
         They are those of the digits of the coefficients, of δ in α3 and α4, of the angles to second order, and of
         floating point.
         """
-        return self._errors_of(self.form, _PART_FORMS, sines, angle_rounding)
+        noise = self.noise
+        return self._errors_of(self.form, noise, _PART_FORMS, sines, angle_rounding)
 
     def level_errors(
         self, sines: Sines, angle_rounding: npt.ArrayLike = 0.0
     ) -> FloatArray:
         """Return the bounds of the errors of R alone, shape (k,); see :meth:`errors`."""
-        form, parts = self.level_form, _LEVEL_PART_FORMS
-        return np.asarray(self._errors_of(form, parts, sines, angle_rounding)[0])
+        form, noise, parts = self.level_form, self.noise[2:], _LEVEL_PART_FORMS
+        errors = self._errors_of(form, noise, parts, sines, angle_rounding)
+        return np.asarray(errors[0])
 
     def _errors_of(
         self,
         form: Form,
+        noise: FloatArray,
         parts: Sequence[Form],
         sines: Sines,
         angle_rounding: npt.ArrayLike,
     ) -> FloatArray:
         """Return the errors of forms, whose `parts` have the factors of the four numbers of the paper."""
         rounding, derived = np.asarray(angle_rounding), self.sheet_error
-        errors = np.repeat(form.rounding()[:, None], sines.alpha.shape[1], axis=1)
+        errors = np.repeat(noise[:, None], sines.alpha.shape[1], axis=1)
         if self.kind == "published":
             for half_unit, part in zip(_HALF_UNITS, parts, strict=True):
                 errors += half_unit * np.abs(part.at(sines))
