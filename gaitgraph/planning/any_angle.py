@@ -284,6 +284,11 @@ class PreparedRegion:
 
     def leg(self, start: Point, end: Point) -> Leg | None:
         """Return the shortest path from one point to another, or None."""
+        if self.strict:
+            # Squares have so many corners that looking through all of them takes seconds.
+            first, last = self.region.nearest(start), self.region.nearest(end)
+            if first is None or last is None or not self.region.joined(first, last):
+                return None
         around = self._around.path(start, end)
         path = around
         if around is None or not self._covers([start, *around.tolist()]):
