@@ -177,7 +177,7 @@ def test_a_request_is_no_gait(tmp_path: Path, name: str, text: str) -> None:
 
 
 def test_an_optimal_gait_is_a_gait(tmp_path: Path) -> None:
-    optimal = gg.optimal_gait(LOOP, objective="hover_reserve", pieces=8)
+    optimal = gg.optimal_gait(LOOP, pieces=8)
     rates = optimal.timed(samples=10).rate_checks()
     assert gg.validate(optimal).checks[-len(rates) :] == rates
     assert gg.gait_of(optimal).alpha.tolist() == optimal.gait.alpha.tolist()

@@ -66,7 +66,7 @@ def moving(kind: str) -> Any:
         return fastest(0.02, rate=None, acceleration=40)
     if kind == "optimal":
         points = [(-0.5, 0.5), (-0.5, 1.0), (-1.0, 0.8)]
-        return gg.optimal_gait(points, objective="hover_reserve", pieces=16).timed()
+        return gg.optimal_gait(points, pieces=16).timed()
     if kind in ("rows", "straight"):
         return played(circle(60, rates=kind == "rows"))
     return GAIT.parametrize(1.0, law="constant-speed")
