@@ -146,6 +146,7 @@ WRONG: dict[str, list[Any]] = {
     "plots.draw.gait": NO_GAIT[1:],
     "plots.write_figures.gait": NO_GAIT[1:],
     "planning.Replanner.rate": [*NO_NUMBERS, 0.0],
+    "robustness.servo_margin.tolerance": [*NOT_POSITIVE, 1.01],
     "roots.alpha1": [*NO_ANGLES, RIGHT + 0.001],
     "root_arrays.alpha2": [*NO_ANGLES[:-1], RIGHT + 0.001],
     "surface.sign_region.coefficients": [],
