@@ -207,6 +207,7 @@ def test_refusals_say_why(
     answer = prepared(**asked).replan(alpha, stops, keep_out=keep_out)
     assert not answer
     assert reason in str(answer.reason)
+    assert answer.least_singular_value == 0
     with pytest.raises(gg.Infeasible):
         _ = answer.timed
 
