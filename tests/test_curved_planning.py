@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 PAIRED = ["clockwise", "clockwise", "counterclockwise", "counterclockwise"]
 ODD = samples.ODD.replace(inertia=[0.02, 0.02, 0.03])
-KINDS = samples.by_vehicle(ODD, samples.LEANING, samples.STANDING)
+KINDS = samples.by_vehicle(samples.LEANING, samples.STANDING)  # beside ODD
 SQUARE = [(-0.3, 0.3), (-0.6, 0.3), (-0.6, 0.6), (-0.3, 0.6)]
 
 
