@@ -25,7 +25,6 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.given import gait_of
-from gaitgraph.invertibility.coefficients import check_symmetric
 from gaitgraph.surface.sheets import COLORS, sheet_angles, sheet_distances
 from gaitgraph.timing.polynomials import (
     bends_of,
@@ -238,7 +237,13 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     """
     size = angle_within(tolerance, "tolerance", least=SMALLEST)
     gait = gait_of(gait)
-    check_symmetric(gait.coefficients.rotors)
+    asymmetry = gait.coefficients.rotors.asymmetry
+    if asymmetry is not None:
+        raise InputError(
+            "rounding must be omitted for a vehicle that is not symmetric, since corners are not rounded along curved "
+            f"sheets, got {asymmetry}",
+            field="rounding",
+        )
     if gait.color not in ("red", "blue"):
         wanted = "gait must be on one sheet, red or blue"
         raise InputError(
