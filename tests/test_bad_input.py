@@ -216,10 +216,6 @@ SHARES = {"from": 0.1, "to": 1, "count": 100}
 RULES: list[tuple[str, dict[str, Any], str]] = [
     ("Limits", {"acceleration": None}, "an acceleration or a jerk, got neither"),
     ("Limits", {"rate": [0.1, [0.2]]}, "rate"),
-    ("Vehicle", {"drag_ratio": 0.99e-9}, "drag_ratio"),
-    ("Vehicle", {"drag_ratio": 1.01e9}, "drag_ratio"),
-    ("Vehicle", {"linkage": [[0, 0], [1, NAN]]}, "linkage must be finite angles"),
-    ("Vehicle", {"drag_to_thrust": 0.05, "arm_length": 0.25}, "drag_ratio must equal"),
     ("basins_of", {"resolution": 317, "bias": [0.8, 0.9]}, "100000 flights"),
     ("basins_of", {"bias": [0.8, 1.0, 0.8]}, "bias must be different"),
     ("basins_of", {"settings": FlightSettings(duration=0.99)}, "duration"),

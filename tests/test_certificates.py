@@ -320,11 +320,3 @@ def test_commands_refuse_in_one_line(run: Any) -> None:
         answer = run(*words.split())
         assert (answer.code, len(answer.err.splitlines())) == (code, 1), words
         assert message in answer.err
-
-
-def test_a_transition_is_certified_as_it_is_run_once(planned: Path, run: Any) -> None:
-    waypoints = ("--waypoint=-0.1,0.1", "--waypoint=-0.2,0.1", "--sign", "positive")
-    assert run("plan", *waypoints, "--output", "near.csv").code == 0
-    assert run("transition", "hover", "near.csv", "--output", "there.csv").code == 0
-    assert run("certify", "there.csv", "--output", "there.cert.json").code == 0
-    assert "all 101 rows are on" in run("verify", "there.cert.json").out

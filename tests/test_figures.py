@@ -21,14 +21,13 @@ from matplotlib.testing.compare import compare_images
 from matplotlib.text import Text
 
 import gaitgraph as gg
-from gaitgraph.gait.gait import printed_gait
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value
 from gaitgraph.plots.axes import FORMATS, paper_style, picture_bytes
 from gaitgraph.plots.figures import FIGURES, draw, write_figures
 from gaitgraph.plots.gaits import draw_sheet
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
-from tests.samples import BEETLE, PUBLISHED, gait_of_paper
+from tests.samples import BEETLE
 
 ROOT = Path(__file__).parent.parent
 IMAGES = ROOT / "docs" / "images"
@@ -51,15 +50,6 @@ def test_every_figure_of_the_paper_is_there_and_some_more() -> None:
     assert list(FIGURES) == [*numbers, "18b", "19b", "22b", "regions", "margins", "set"]
     assert FIGURES["1"].stem == "figure_01"
     assert FIGURES["18b"].stem == "figure_18b"
-
-
-def test_the_waypoints_and_vertices_are_the_printed_ones() -> None:
-    for known in GAITS:
-        gait = gait_of_paper(known.number)
-        printed = np.column_stack([known.angles, known.printed])
-        assert gait.alpha[:, :2] == pytest.approx(np.array(known.angles))
-        assert gait.color == known.color
-        assert printed_gait(known.number, PUBLISHED).alpha == pytest.approx(printed)
 
 
 @pytest.mark.parametrize(

@@ -112,14 +112,9 @@ def test_digits_of_a_column_with_an_odd_number(
 STATED = [*LAWS, "least", "rounded", "path"]
 
 
-@pytest.mark.parametrize(
-    ("law", "suffix"),
-    [*((law, ".csv") for law in STATED), *(("smooth", one) for one in FORMATS[1:])],
-)
-def test_unedited_tables_are_what_they_state(
-    law: Any, suffix: str, tmp_path: Path
-) -> None:
-    random = np.random.default_rng(len(law) + 10 * len(suffix))
+@pytest.mark.parametrize("law", STATED)
+def test_unedited_tables_are_what_they_state(law: Any, tmp_path: Path) -> None:
+    random = np.random.default_rng(len(law) + 40)
     gait = random_gait(random)
     period = float(10 ** random.uniform(-2, 1))
     samples = int(random.integers(20, 150))
@@ -139,7 +134,7 @@ def test_unedited_tables_are_what_they_state(
     for angles, times in ((17, 17), (9, 12), (5, 7), (3, 6), (2, 17)):
         if not (np.diff(table["t"].round(times)) > 1e-8).all():
             continue
-        found, said = read_in(tmp_path / f"a{suffix}", rounded(table, angles, times))
+        found, said = read_in(tmp_path / "a.csv", rounded(table, angles, times))
         assert not said
         assert found.motion is not None
         at = np.linspace(0, timed.period, 500)
