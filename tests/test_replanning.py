@@ -104,6 +104,8 @@ def test_random_requests_are_answered_by_the_shortest_paths_and_they_fly(
         shares.append(bound / values.min())
         assert gg.validate(answer.timed.gait, floor=replanner.floor).flyable
         assert answer.entry.check(floor=replanner.floor).flyable
+        turn = answer.entry.at(answer.duration).alpha[:2]
+        np.testing.assert_allclose(turn, answer.loop[0], atol=1e-9)
     assert len(shares) > 3
     assert min(shares) > 0.95
 
