@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.errors import FileWarning, InputError
+from gaitgraph.errors import FileWarning
 from gaitgraph.flight.course import biased_timed_gait
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
@@ -95,20 +95,6 @@ def flown(number: int, bias: float = 1.0, **settings: Any) -> Any:
     return fly(timed, anyway=bool(settings), settings=FlightSettings(**settings))
 
 
-@pytest.mark.parametrize("law", ["smooth", "constant-speed", "equal-time"])
-def test_a_table_of_a_law_flies_as_that_law(law: Any) -> None:
-    timed = gait_of_paper(4).parametrize(1.5, law=law, samples=40)
-    timed.write("stated.csv")
-    write_rows(Path("bare.csv"), np.column_stack([timed.t, timed.alpha]))
-    t = np.linspace(0.0, 3.0, 31)
-    read = timed_gait_of("stated.csv")
-    np.testing.assert_allclose(read.at(t).alpha, timed.at(t).alpha, atol=1e-12)
-    bare = timed_gait_of("bare.csv")  # which states no law
-    assert isinstance(bare, RowTimedGait)
-    assert bare.period == pytest.approx(1.5)
-    np.testing.assert_allclose(bare.at(timed.t).alpha, timed.alpha, atol=1e-12)
-
-
 @pytest.mark.parametrize("factor", [1, 1.01])
 @pytest.mark.parametrize("is_law", [True, False])
 def test_only_a_table_that_states_no_law_of_its_rows_has_a_warning(
@@ -169,12 +155,7 @@ def test_a_table_that_is_not_closed_has_a_message(run: Any) -> None:
     assert warning.startswith("the timing matches no built-in law: 16 rows")
 
 
-def test_a_gait_without_times_needs_a_period(run: Any) -> None:
-    write_rows(Path("rows.csv"), gait_of_paper(3).alpha)
-    with pytest.raises(InputError, match="has no column t; set period= "):
-        timed_gait_of("rows.csv", law="smooth")
-    assert timed_gait_of("rows.csv", period=1.0).law == "smooth"
-    # A point needs none; a saved plan states its request, and that the period.
+def test_a_point_needs_no_period_and_a_saved_plan_states_it(run: Any) -> None:
     write_rows(Path("point.csv"), gait_of_paper(4).alpha[:1])
     assert timed_gait_of("point.csv").period == timed_gait_of("gait2").period == 1.0
     Path("plan.json").write_text(run("plan", "loop.toml", "--json").out)
