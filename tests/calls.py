@@ -111,7 +111,7 @@ CALLS: dict[str, dict[str, Any]] = {
     "surface.hover_region": {},
     "surface.red_label": ANGLES,
     "surface.root_arrays": ANGLES,
-    "surface.servo_margin_region": {"margin": 0.1, "sign": "positive"},
+    "surface.servo_margin_region": {"margin": 0.5, "sign": "positive"},
     "surface.sheet_angles": {"color": "blue", **ANGLES},
     "surface.sheet_distances": ALPHA,
     "surface.sign_region": {"sign": "positive", "accuracy": 1e-3},

@@ -115,7 +115,7 @@ def test_flights_side_by_side_end_as_single_ones_do(
 ) -> None:
     """Alone, a flight takes its whole duration, and the controller computes plain numbers."""
     timed = flown_by(timed_gait(number), vehicle)
-    chosen = FlightSettings(**settings)
+    chosen = FlightSettings(**{"duration": 2.5, **settings})
     basin = basin_of(timed, eta, settings=chosen, resolution=3, anyway=True)
     assert basin.outcomes.keys() == outcomes
     flown = timed if eta == 1 else biased_timed_gait(timed, eta)
