@@ -220,6 +220,9 @@ def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str) -> 
         first_rotor_spin=servo_map.first_rotor_spin,
     )
     servo_map.check_vehicle(vehicle)
+    servo_map.check_vehicle(
+        vehicle.replace(first_arm_angle=0.6 * servo_map.first_arm_angle)
+    )  # as in a rectangular frame
     upward = np.sign(gg.invertibility.control_force_matrix([0] * 4, vehicle)[2])
     torque = gg.invertibility.control_moment_matrix([0] * 4, vehicle) * upward
     places = MOTORS[preset.removesuffix("_counterclockwise")]
@@ -237,7 +240,7 @@ def test_a_map_for_another_vehicle_is_refused() -> None:
     x_frame = servo_map_named("x_frame")
     with pytest.raises(gg.InputError, match="rotor 1 clockwise, got .*_counterclockw"):
         x_frame.check_vehicle(mirrored)
-    with pytest.raises(gg.InputError, match="arm at 45°, or at 0°, got 135°"):
+    with pytest.raises(gg.InputError, match="within 45° of 45°, or at 0°, got 135°"):
         x_frame.check_vehicle(turned)
     # An order of one's own is for whatever vehicle one has.
     own = {"preset": "x_frame", "joint": [{"rotor": k} for k in (1, 2, 3, 4)]}

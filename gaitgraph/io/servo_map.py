@@ -368,6 +368,7 @@ class ServoMap(Record):
         """Raise InputError if the order of rotors is meant for another vehicle.
 
         A vehicle whose first arm points forward, as the paper's, fits any map: turning the arms changes no determinant.
+        Others fit if the first arm is within 45° of that of the map, as in a rectangular frame.
         """
         vehicle = vehicle_named(vehicle)
         who = f"servos {self.name!r}: vehicle"
@@ -386,9 +387,9 @@ class ServoMap(Record):
         if (
             turned
             and meant is not None
-            and abs(math.remainder(turned - meant, math.tau)) > 1e-6
+            and abs(math.remainder(turned - meant, math.tau)) > math.pi / 4
         ):
-            wanted = f"at {math.degrees(meant):.6g}°, or at 0°"
+            wanted = f"within 45° of {math.degrees(meant):.6g}°, or at 0°"
             raise InputError(
                 f"{who} must have its first arm {wanted}, got {math.degrees(turned):.6g}°"
             )
