@@ -241,7 +241,8 @@ def test_places_and_settings_that_are_refused(folder: Path) -> None:
 
 
 def test_robustness_draws_its_picture(run: Any, folder: Path) -> None:
-    command = ("robustness", "gait4", "--bias", "0.8", "--output", "r.svg")
+    Path("side.csv").write_text("alpha1,alpha2,color\n-0.4,0.4,red\n-0.4,1.2,red\n")
+    command = ("robustness", "side.csv", "--bias", "0.8", "--output", "r.svg")
     done = run(*command)
     assert (done.code, done.err) == (0, "")
     assert done.out.endswith("wrote r.svg\n")
@@ -258,7 +259,7 @@ def test_robustness_draws_its_picture(run: Any, folder: Path) -> None:
 def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
     """Against samples of Gait 3, whose extremes are at its corners."""
     gait = gg.lift(GAITS[2].angles, "red")
-    gait.parametrize(law="constant-speed").write("gait3.csv")
+    gait.parametrize(law="constant-speed", samples=16).write("gait3.csv")
     command = ("compare", "gait1", "gait3.csv", "--period", "2")
     result = run(*command, "--output", "both.svg", "--json")
     assert (result.code, result.err, result.json["outputs"]) == (0, "", ["both.svg"])
