@@ -55,7 +55,7 @@ def test_a_run_up_passes_its_corners_at_its_corner_times() -> None:
 
 def test_a_mission_is_certified_and_compared_with_its_table(tmp_path: Path) -> None:
     path, table = tmp_path / "flight.cert.json", tmp_path / "flight.json"
-    mission = mission_of("smooth")
+    mission = gg.mission(gg.lift(LOOP[:2], "red").parametrize(2.0), periods=1)
     mission.write(table)
     gg.certify(table).write(path)
     found = verify(path)
