@@ -78,7 +78,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Coloring": lambda: next(iter(colorings())),
     "ColoringObstacle": lambda: next(iter(colorings().obstacles.values())),
     "Colorings": colorings,
-    "Comparison": lambda: gg.robustness.comparison_of(["gait3", "gait4"]),
+    "Comparison": lambda: gg.robustness.comparison_of([gg.lift(LOOP[:2], "red")]),
     "Condition": lambda: gg.admissible_region(LIMITED).conditions[0],
     "Course": course,
     "Curve": lambda: rounding().curve,
