@@ -212,7 +212,8 @@ def check_new_files(
                 raise InputError(f"outputs must differ, got {str(path)!r} twice")
             seen.add(target)
             _check_new(path, target, force=force, is_folder=path in folders)
-        except GaitgraphError:
+        except GaitgraphError as problem:
+            problem.path = str(path)
             raise
         except (OSError, ValueError) as error:  # a name that the file system refuses
             reason = getattr(error, "strerror", None) or error

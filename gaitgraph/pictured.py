@@ -22,7 +22,7 @@ class Pictured(Record):
         """What its picture shows: itself, or the gait that is its answer; None if there is none."""
         return self
 
-    def plot(self: Any, *, ax: Axes | None = None) -> Axes:
+    def plot(self: Any, ax: Axes | None = None) -> Axes:
         """Draw the object on axes, by default those of a new figure; see :func:`gaitgraph.plots.plot`."""
         return later.plot(self, ax=ax)
 

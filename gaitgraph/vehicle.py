@@ -899,7 +899,7 @@ def _positive(name: str, value: object) -> float:
     if not 1e-30 <= number <= 1e30:
         reason = ""
         if name in _DRAGS and number == 0:
-            reason = "; without drag a vehicle cannot yaw at zero tilt"
+            reason = "; a rotor without drag has no yaw torque at zero tilt"
         raise InputError(
             f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}{reason}",
             value=value,

@@ -256,12 +256,8 @@ def test_a_symmetric_vehicle_in_a_file_is_planned_certified_and_flown(
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: gg.lift([(-0.4, 0.4), (-0.4, 1.0)], "red", vehicle=ODD),
         lambda: gg.admissible_region(ODD),
         lambda: gg.cycles(gg.surface_graph("positive", vehicle=ODD, divisions=4)),
-        lambda: gg.validate(
-            {"alpha1": ROWS[:, 0], "alpha2": ROWS[:, 1], "color": "red"}, vehicle=ODD
-        ),
     ],
 )
 def test_planes_are_refused_with_the_pair_that_differs(
@@ -270,6 +266,23 @@ def test_planes_are_refused_with_the_pair_that_differs(
     with pytest.raises(gg.InputError, match="rotors 1 and 3") as caught:
         make()
     assert caught.value.field == "vehicle"
+
+
+def test_points_are_lifted_to_the_curved_sheet() -> None:
+    plane = [(-0.4, 0.4), (-0.4, 1.0), (-1.0, 0.4)]
+    sheet = gg.surface.curved_sheet(ODD)
+    gait = gg.lift(plane, "red", vehicle=ODD)
+    assert sheet.holds_chords(gait.alpha)
+    first, second = np.transpose(plane)
+    table = {"alpha1": first, "alpha2": second, "color": "red"}
+    rows = gg.io.table_from_frame(table)
+    assert gg.validate(rows, vehicle=ODD).flyable
+    assert gg.gait_of(rows, vehicle=ODD).alpha[:, 2:] == pytest.approx(
+        sheet.angles(first, second)
+    )
+    for make in (gg.lift, lambda *_, **o: gg.validate(table | {"color": "blue"}, **o)):
+        with pytest.raises(gg.InputError, match="colors must be red"):
+            make(plane, "blue", vehicle=ODD)
 
 
 @by_vehicle(LEANING, BOTH.replace(spins=["clockwise"] * 4))

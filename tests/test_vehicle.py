@@ -87,7 +87,7 @@ def test_every_way_to_state_the_drag_ratio(stated: dict[str, Any]) -> None:
         ({"drag_ratio": 0.99e-9}, "between 1e-9 and 1e9"),
         ({"drag_ratio": 1.01e9}, "between 1e-9 and 1e9"),
         ({"drag_ratio": 0.1, "drag_to_thrust": DRAGS}, "arm_length"),
-        ({"drag_to_thrust": [0.0] * 4}, "cannot yaw at zero tilt"),
+        ({"drag_to_thrust": [0.0] * 4}, "has no yaw torque at zero tilt"),
     ],
 )
 def test_drag_ratios_that_are_open_or_contradicted(stated: Any, message: str) -> None:

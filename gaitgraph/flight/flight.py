@@ -548,6 +548,10 @@ class Flight(Pictured):
             name: own[name] if name in own else getattr(self, name) for name in names
         }
 
+    def to_pandas(self) -> Any:
+        """Return the table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
+        return self.table.to_pandas()
+
     @property
     def table(self) -> Table:
         """The flight as a table with a row for each control step."""

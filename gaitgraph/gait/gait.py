@@ -21,11 +21,11 @@ from gaitgraph.errors import InputError, check_kind, shown
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
-    check_symmetric,
     coefficients_of,
 )
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.pictured import Pictured
+from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.sheets import (
     COLORS,
     checked_plane_angles,
@@ -265,7 +265,7 @@ class Gait(Pictured):
         )
 
     def __repr__(self) -> str:
-        return f"<Gait: {self.color or 'off the surfaces'}, {self.size_text}, vehicle {self.vehicle.name!r}>"
+        return f"<Gait: {self.sheet_in_words}, {self.size_text}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
         low, high = float(self.R.min()), float(self.R.max())
@@ -273,8 +273,15 @@ class Gait(Pictured):
             signs = f"R {low:.3g} to {high:.3g} at its corners"
         else:
             signs = f"R {low:.3g}"
-        title = f"Gait, {self.color or 'off the surfaces'}: {self.size_text}, {signs}"
+        title = f"Gait, {self.sheet_in_words}: {self.size_text}, {signs}"
         return "\n".join([title, setting_line(self), "", *corner_lines(self)])
+
+    @property
+    def sheet_in_words(self) -> str:
+        """Its color, or why it has none."""
+        if self.vehicle.asymmetry is not None:
+            return "without planes"
+        return self.color or "off the surfaces"
 
     @property
     def size_text(self) -> str:
@@ -291,6 +298,8 @@ def lift(
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> Gait:
     """Return the gait above a loop of (α1, α2): each point is raised to the sheet of its color.
+
+    On a curved sheet, of a vehicle that is not symmetric, the color is "red", and there are rows between the points.
 
     Parameters
     ----------
@@ -321,6 +330,11 @@ def lift(
         allowed = f"'red' or 'blue', one for all or for each of the {len(plane)} points"
         raise InputError(f"colors must be {allowed}, got {shown(colors)}")
     numbers = coefficients_of(vehicle, coefficients)
+    if numbers.rotors.asymmetry is not None:
+        _check_red(names)
+        closed = np.vstack([plane, plane[:1]])
+        rows = sheet_of(numbers.rotors).rows(closed).alpha[:-1]
+        return Gait(alpha=rows, vehicle=vehicle, coefficients=numbers)
     alpha = points_on_sheets(plane[:, 0], plane[:, 1], names, numbers)
     return Gait(
         alpha=alpha,
@@ -356,6 +370,15 @@ def corner_lines(gait: Gait) -> list[str]:
     return lines
 
 
+def _check_red(colors: Sequence[str]) -> None:
+    """Raise InputError unless all colors are red, the only ones of a curved sheet."""
+    if set(colors) != {"red"}:
+        raise InputError(
+            f"colors must be red for a vehicle that is not symmetric, got {shown(list(colors))}",
+            field="colors",
+        )
+
+
 def points_on_sheets(
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
@@ -363,8 +386,12 @@ def points_on_sheets(
     coefficients: Coefficients,
 ) -> FloatArray:
     """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad]."""
-    check_symmetric(coefficients.rotors)
     a1, a2 = checked_plane_angles(alpha1, alpha2)
+    if coefficients.rotors.asymmetry is not None:
+        _check_red(colors)
+        opposite = sheet_of(coefficients.rotors).angles(a1, a2)
+        continuous = np.unwrap(opposite, axis=0, period=math.pi)
+        return np.column_stack([a1, a2, continuous])
     if set(colors) == {
         "red"
     }:  # α3 = α1 and α4 = α2 within ±π/2; adding zero turns negative zeros into zeros

@@ -240,7 +240,7 @@ def check_symmetric(rotors: Rotors) -> None:
     if rotors.asymmetry is not None:
         raise InputError(
             "vehicle must be mapped to itself by a half turn about body z, with the default axes and spins, to have planes of gaits, got "
-            f"{rotors.asymmetry}; gaitgraph validate judges its tables, in Python validate",
+            f"{rotors.asymmetry}; on its curved sheet there are plans, their timing, transitions and missions",
             field="vehicle",
         )
 

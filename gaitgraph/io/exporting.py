@@ -5,11 +5,11 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.errors import Advice, Infeasible, checked_choice
+from gaitgraph.errors import Advice, Infeasible, InputError, checked_choice
 from gaitgraph.files import naming_file
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
@@ -135,7 +135,7 @@ class Exported(Record):
 
 def export(
     source: GaitLike,
-    outputs: str | Path | Iterable[str | Path],
+    outputs: str | Path | Iterable[str | Path] | IO[Any],
     *,
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
@@ -149,6 +149,7 @@ def export(
     force: bool = False,
     require: Literal["flyable", "valid"] = "flyable",
     anyway: bool = False,
+    format: str | None = None,
 ) -> Exported:
     """Write a gait file, or a gait in any other form, to files.
 
@@ -160,7 +161,8 @@ def export(
     Parameters
     ----------
     source, outputs
-        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`; and files, whose suffixes are the formats.
+        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`; and files, whose suffixes are the formats, or an
+        open stream with its `format`, "csv" say.
     vehicle, coefficients
         Replace those that the file states.
     period, law, samples, rate
@@ -180,10 +182,15 @@ def export(
         If it is not, with the reason; then nothing is written.
     """
     paths: list[Any] = [outputs]
-    if not isinstance(outputs, str):
+    if hasattr(outputs, "write") and format is None:
+        raise InputError(
+            'format must be that of the stream, "csv" say, got None', field="format"
+        )
+    if not isinstance(outputs, str) and format is None:
         with suppress(TypeError):  # one path, or no path at all
             paths = list(outputs)  # type: ignore[arg-type]
-    check_outputs(paths, force=force, periods=periods)
+    if format is None:
+        check_outputs(paths, force=force, periods=periods)
     chosen: dict[str, Any] = {"vehicle": vehicle, "coefficients": coefficients}
     sampling: dict[str, Any] = {"samples": samples, "rate": rate}
     table = _to_write(source, chosen, joints, period, law, sampling)
@@ -194,7 +201,9 @@ def export(
         table, require=require, anyway=anyway or not paths, made_for=made_for
     )
     servo_map = None if servos is None else servo_map_named(servos)
-    write_tables(table, paths, force=force, periods=periods, servos=servo_map)
+    write_tables(
+        table, paths, force=force, periods=periods, servos=servo_map, format=format
+    )
     clipped = {}
     if paths and servo_map is not None and servo_map.clip:
         clipped = clipped_rows(table, servo_map)

@@ -195,6 +195,10 @@ class OptimalGait(Pictured):
         del about["law"]
         return replace(table, about=about)
 
+    def to_pandas(self) -> Any:
+        """Return the table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
+        return self.table().to_pandas()
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
         return {

@@ -153,6 +153,12 @@ class Retargeted(Pictured):
             return 0
         return len(self.table) - len(self.rows)
 
+    def to_pandas(self) -> Any:
+        """Return the new table as a pandas frame; raises Infeasible, with the reason, if there is none."""
+        if self.table is None:
+            raise Infeasible(self.reason)
+        return self.table.to_pandas()
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
         warnings = list(self.warnings)

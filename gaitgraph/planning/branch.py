@@ -11,7 +11,6 @@ import numpy as np
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.invertibility.coefficients import Coefficients, coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
-from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.sheets import (
     COLORS,
     RAISED,
@@ -107,13 +106,6 @@ class Branch:
 
     def lifted(self, points: Sequence[Point]) -> Gait:
         """Return the gait above points (α1, α2) on the sheet of this color; on a curved one with rows between them."""
-        if self.is_curved:
-            rows = sheet_of(self.coefficients.rotors).rows([*points, points[0]])
-            return Gait(
-                alpha=rows.alpha[:-1],
-                vehicle=self.request.vehicle,
-                coefficients=self.coefficients,
-            )
         return lift(
             points,
             self.color,

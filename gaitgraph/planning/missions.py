@@ -124,7 +124,7 @@ def _entry(timed: TimedGait, *, anyway: bool) -> tuple[FloatArray, LawName, floa
     if forbidden and not anyway:
         # For a gait off the surfaces, paths on them do not matter.
         reason = f"off the surfaces it is straight, and {forbidden[0]}"
-        if around.check().valid:
+        if around.vehicle.asymmetry is not None or around.check().valid:
             reason = str(found.reason)
         raise _unreachable(around, reason)
     return line, found.law, seconds
@@ -145,7 +145,7 @@ def _unreachable(gait: Gait, reason: str) -> Infeasible:
     return Infeasible(
         f"{message}. Hover reaches a gait whose rows are up to {farthest:.3g}° away",
         advice=Advice(
-            f'gg.retarget(gait, sign="{sign}") finds it',
+            f'gg.retarget(gait, sign="{sign}") .table is it',
             f"gaitgraph retarget --sign {sign} writes it",
         ),
     )

@@ -180,6 +180,10 @@ class Transition(Pictured):
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
         write_tables(self.table, paths, force=force, periods=periods)
 
+    def to_pandas(self) -> Any:
+        """Return the table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
+        return self.table.to_pandas()
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""
         return {

@@ -656,7 +656,7 @@ def _sheet_of_request(request: PlanRequest) -> _Sheet:
 def _draw_gait_on_map(ax: Axes, gait: Gait, zones: Zones | None = None) -> str:
     """Draw a gait on the map of its sheet, and return what is shaded."""
     words = _draw_map(ax, _sheet_of_gait(gait), zones)
-    label = f"gait, {gait.color or 'off the surfaces'}"
+    label = f"gait, {gait.sheet_in_words}"
     gait_loop(gait, label=label, width=2.2, ax=ax)
     end = max(HALF_PI, float(np.abs(gait.alpha[:, :2]).max()))
     ax.set(xlim=(-end, end), ylim=(-end, end))

@@ -111,6 +111,10 @@ class _Conditions:
     def broken_at(self, alpha1: float, alpha2: float) -> str | None:
         """Return why a point is not in the region, with numbers, or None if it is."""
         alpha = np.array([alpha1, alpha2, *self.sheet.angles(alpha1, alpha2)])
+        R = float(level_determinant(alpha, self.coefficients))
+        if not self.wanted * R > 0:
+            relation = ">" if self.wanted > 0 else "<"
+            return f"R at level attitude must be {relation} 0, got {R:.4g}"
         size = float(least_singular_value(alpha, self.vehicle))
         if not size >= self.floor:
             return f"least singular value must be ≥ {self.floor:g}, got {size:.4g}"

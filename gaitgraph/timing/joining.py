@@ -442,7 +442,18 @@ class JoinedPath(TimedGait):
         reports = [section.check(**options) for section in self.sections]
         found = later.worst_of(reports)
         power = None if found.hover_power is None else self.hover_power
-        return replace(found, hover_power=power, hover_power_over="time", repeats=False)
+        checks = list(found.checks)
+        for number, check in enumerate(checks):
+            if check.name == "closed":
+                once = "run once: no segment leads back"
+                checks[number] = replace(check, message=once)
+        return replace(
+            found,
+            checks=tuple(checks),
+            hover_power=power,
+            hover_power_over="time",
+            repeats=False,
+        )
 
 
 def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:

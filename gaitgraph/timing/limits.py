@@ -13,6 +13,7 @@ from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Advice, InputError, shown
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.invertibility.forms import FloatArray
+from gaitgraph.records import Record
 from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ Limit = float | str | Sequence[float | str] | FloatArray | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, init=False, eq=False)
-class Limits:
+class Limits(Record):
     """Largest sizes of the derivatives of the tilt angles.
 
     Parameters

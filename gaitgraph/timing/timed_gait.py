@@ -385,13 +385,13 @@ class TimedGait(Pictured):
 
     def __repr__(self) -> str:
         return (
-            f"<{type(self).__name__}: {self.gait.color or 'off the surfaces'}, T = {self.period:.6g} s, {self.law}, "
+            f"<{type(self).__name__}: {self.gait.sheet_in_words}, T = {self.period:.6g} s, {self.law}, "
             f"{self.samples} samples, vehicle {self.gait.vehicle.name!r}>"
         )
 
     def __str__(self) -> str:
         gait = self.gait
-        title = f"{type(self).__name__}, {gait.color or 'off the surfaces'}: T = {self.period:.6g} s, {self.law}"
+        title = f"{type(self).__name__}, {gait.sheet_in_words}: T = {self.period:.6g} s, {self.law}"
         title += f", {self.samples} samples, {gait.length:.4f} rad around"
         checks = (
             f"  {check.name.replace('_', ' ')}: {check.message}"
