@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -254,6 +255,17 @@ def test_the_command_plans_on_a_curved_sheet(run: Any, tmp_path: Path) -> None:
     assert run("transition", "fast.csv", "own.csv").code == 0
     refused = run("pace", "own.csv", *limits, "--rounding", 0.02)
     assert (refused.code, "rounding must be omitted" in refused.err) == (2, True)
+
+
+def test_a_table_of_few_rows_says_how_far_its_chords_leave_the_sheet(
+    tmp_path: Path,
+) -> None:
+    plan = gg.plan_loop(SQUARE, vehicle=ODD)
+    with pytest.warns(gg.errors.FileWarning, match="5 rows leave the curved sheet"):
+        plan.timed(samples=4).write(tmp_path / "few.csv")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plan.timed().write(tmp_path / "odd.csv")
 
 
 def test_a_margin_that_no_curved_region_keeps_is_refused() -> None:

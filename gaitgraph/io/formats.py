@@ -6,6 +6,7 @@ The libraries of an extra are loaded by the functions that need them.
 
 from __future__ import annotations
 
+import warnings
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import whole_number
 from gaitgraph.errors import (
+    FileWarning,
     InputError,
     MissingExtra,
     OutputExists,
@@ -34,17 +36,16 @@ from gaitgraph.files import (
     value_from_json,
     write_whole,
 )
-from gaitgraph.gait.table import (
-    Table,
-    repeated,
-)
+from gaitgraph.gait.table import Table, repeated, surface_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import (
     Wanted,
     table_of_columns,
 )
 from gaitgraph.io.servo_map import mapped_table, servo_map_named
+from gaitgraph.surface.curved import CHORD_DEVIATION, sheet_of
 from gaitgraph.timing.statement import checked
+from gaitgraph.tolerances import DEFAULT_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -230,6 +231,24 @@ def write_tables(
         options = {"periods": periods} if form.module is ros else {}
         contents.append((path, partial(form.function("write"), stated, **options)))
     write_whole(contents, force=force)
+    _warn_of_chords(table)
+
+
+def _warn_of_chords(table: Table) -> None:
+    """Warn if a table is on a curved sheet and straight lines between its rows leave that by more than 1e-3 rad."""
+    rotors = surface_of(table)[1].rotors
+    if rotors.asymmetry is None or len(table) == 1:
+        return
+    sheet, alpha = sheet_of(rotors), table.alpha
+    off = float(sheet.distances((alpha[1:] + alpha[:-1]) / 2).max())
+    is_on_sheet = sheet.distances(alpha).max() <= DEFAULT_TOLERANCE
+    if is_on_sheet and off > CHORD_DEVIATION:
+        warnings.warn(
+            f"straight lines between the {len(table)} rows leave the curved sheet by up to {off:.2g} rad; more samples "
+            "are nearer",
+            FileWarning,
+            stacklevel=3,
+        )
 
 
 @contextmanager

@@ -320,7 +320,11 @@ class LeastEffort:
 
     def program(self, loop: SmoothLoop) -> Program:
         """Return the problem in the cells around a loop."""
-        return Program(loop, self.discs, self.cells(loop.hulls))
+        return Program(loop, self.discs, self.cells(loop.hulls), self.until)
+
+
+class _OutOfTime(Exception):
+    """The time to improve a loop has passed."""
 
 
 class Program:
@@ -330,10 +334,13 @@ class Program:
     unknowns move the parameters at which the discs are passed.
     """
 
-    def __init__(self, loop: SmoothLoop, discs: Discs, cells: HalfPlanes) -> None:
+    def __init__(
+        self, loop: SmoothLoop, discs: Discs, cells: HalfPlanes, until: float
+    ) -> None:
         count = len(loop.points)
         self.loop = loop
         self.discs = discs
+        self.until = until
         self.count = count
         self.round = discs.radii > 0
         self.later = len(loop.passes) - 1
@@ -409,10 +416,13 @@ class Program:
         return off[~self.round].T.ravel(), slopes[:, ~self.round].reshape(-1, len(x))
 
     def best(self) -> SmoothLoop | None:
-        """Return the best loop, by sequential quadratic programming from the loop itself, or None if it fails."""
+        """Return the best loop, by sequential quadratic programming from the loop itself, or None if it fails or is late."""
         chosen = self.slack(self.origin) < _CHOSEN
         for _ in range(_MOST_CHOICES):
-            x = self._best_within(chosen)
+            try:
+                x = self._best_within(chosen)
+            except _OutOfTime:
+                return None
             crossed = self.slack(x) < -_SLACK
             if not (crossed & ~chosen).any():
                 return self.loop_at(x)
@@ -422,6 +432,11 @@ class Program:
     def _best_within(self, chosen: BoolArray) -> FloatArray:
         """Return the unknowns of the best loop that keeps within the chosen sides of cells, and passes the discs."""
         from scipy.optimize import minimize
+
+        def effort(x: FloatArray) -> tuple[float, FloatArray]:
+            if monotonic() > self.until:
+                raise _OutOfTime
+            return self.effort(x)
 
         slope = self.slack_slope(chosen)
         base = self.slack(np.zeros_like(self.origin))[chosen]
@@ -434,7 +449,7 @@ class Program:
             constraints.append(_constraint("eq", self.point_gap))
         free = np.tile([-np.inf, np.inf], (2 * self.count, 1))
         result: Any = minimize(  # type: ignore[call-overload]
-            self.effort,
+            effort,
             self.origin,
             jac=True,
             method="SLSQP",
