@@ -296,6 +296,8 @@ def test_a_certificate_belongs_to_the_axes_and_spins_of_its_vehicle(
     certified.write(tmp_path / "gait.cert.json")
     verified = gg.certificates.verify(tmp_path / "gait.cert.json")
     assert (bool(verified), verified.flyable, verified.rows) == (True, True, 301)
+    stored = gg.certificates.Certified.from_dict(certified.as_dict())
+    assert gg.certificates.verify(stored, gait_file).flyable
     table = gg.read_table(gait_file)
     assert not note_on_certificate(gait_file, table, vehicle)
     leaning = vehicle.replace(tilt_axes=np.add(vehicle.axes[0], [0, 0, 0.1]))

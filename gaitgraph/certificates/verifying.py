@@ -18,6 +18,7 @@ from gaitgraph.certificates.check import (
     read,
     wrenches_of,
 )
+from gaitgraph.certificates.making import Certified
 from gaitgraph.errors import InputError
 from gaitgraph.files import naming_file, path_of, text_of
 from gaitgraph.gait.table import ANGLES
@@ -89,13 +90,15 @@ class Verified(Record):
         return "\n".join(lines)
 
 
-def verify(certificate: str | Path, table: str | Path | None = None) -> Verified:
+def verify(
+    certificate: str | Path | Certified, table: str | Path | None = None
+) -> Verified:
     """Return what a certificate proves, and whether each row of a table is on its curve at the row's time.
 
     Parameters
     ----------
     certificate
-        The path of a certificate.
+        The path of a certificate, or one that was made or stored.
     table
         The path of a gait file of any format that is read, servo tables included; by default the one that lies beside the
         certificate, gait.csv beside gait.cert.json, if there is one.
@@ -110,14 +113,18 @@ def verify(certificate: str | Path, table: str | Path | None = None) -> Verified
     A row may be off by the deviation that the certificate states; in a table of servo positions by half a step of the servo
     more, and in a bag by what half a nanosecond explains.
     """
-    path = path_of(certificate, "certificate")
-    text = text_of(path, "certificate")
+    path = None
+    if isinstance(certificate, Certified):
+        named, text = "certificate", certificate.text
+    else:
+        path = path_of(certificate, "certificate")
+        named, text = f"certificate {str(path)!r}", text_of(path, "certificate")
     try:
         found = check(text)
     except (RecursionError, ValueError) as error:
         rule = "it must be JSON: " if isinstance(error, json.JSONDecodeError) else ""
-        raise InputError(f"certificate {str(path)!r}: {rule}{error}") from None
-    if table is None and "rate" in found["values"]:
+        raise InputError(f"{named}: {rule}{error}") from None
+    if table is None and path is not None and "rate" in found["values"]:
         table = table_beside(path)
     if table is None:
         return Verified(found=found)
@@ -134,7 +141,7 @@ def verify(certificate: str | Path, table: str | Path | None = None) -> Verified
             off, between = held_against(text, *_exact_rows(rows, Path(table)))
             off = off or _other_kind(found["path"], rows)
         except ValueError as error:
-            raise InputError(f"certificate {str(path)!r}: {error}") from None
+            raise InputError(f"{named}: {error}") from None
     return Verified(
         found=found, table=str(table), rows=len(rows), off=off, between=between
     )
