@@ -33,6 +33,7 @@ from gaitgraph.invertibility.segment_bounds import (
     where_thrusts_vanish,
 )
 from gaitgraph.surface.blocks import yaw_block
+from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.sheets import HOVER_LABEL, home_in_words, red_label
 from gaitgraph.tolerances import DEFAULT_TOLERANCE, IDLE_SHARE, SAME_ANGLE
 from gaitgraph.validation.report import (
@@ -510,7 +511,8 @@ def report_of(
     physics = _physics_of(segments, criteria, fit, brackets)
     checks = [sign, *physics.checks]
     if criteria.vehicle.asymmetry is not None:
-        return replace(physics, checks=(closed, *checks, *rates))
+        notes = (*physics.notes, *_notes_on_sheet(segments, criteria))
+        return replace(physics, checks=(closed, *checks, *rates), notes=notes)
     residual = residual_of(segments, criteria)
     misreading = Misreading()
     if segments.noun == "row" and residual[0] > criteria.tolerance:  # people bring rows
@@ -536,6 +538,17 @@ def report_of(
         reachable_from_hover=reachable,
         reachability=reason,
         notes=notes,
+    )
+
+
+def _notes_on_sheet(segments: Segments, criteria: Criteria) -> tuple[str, ...]:
+    """Return a warning if points are off the curved sheet of a vehicle that is not symmetric."""
+    off = sheet_of(criteria.coefficients.rotors).distances(segments.alpha)
+    if off.max() <= DEFAULT_TOLERANCE:
+        return ()
+    place = segments.place(int(off.argmax()))
+    return (
+        f"{off.max():.2g} rad off the curved sheet at {place}: only on it the matrix is invertible at every roll and pitch",
     )
 
 
