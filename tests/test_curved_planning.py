@@ -380,7 +380,7 @@ def test_rows_beside_a_sheet_are_corners_with_rests_of_all_four_arms() -> None:
 
 def test_a_report_says_whether_rows_are_on_the_sheet() -> None:
     on_it = gg.lift(SQUARE, "red", vehicle=ODD)
-    moved = on_it.alpha + [0, 0, 0.05, 0]
+    moved = np.add(on_it.alpha, [0, 0, 0.05, 0])
     for alpha, expected in ((on_it.alpha, False), (moved, True)):
         warnings_of = gg.validate(gg.Gait(alpha=alpha, vehicle=ODD)).warnings
         told = any("0.05 rad off the curved sheet" in text for text in warnings_of)

@@ -236,7 +236,10 @@ def write_tables(
 
 def _warn_of_chords(table: Table) -> None:
     """Warn if a table is on a curved sheet and straight lines between its rows leave that by more than 1e-3 rad."""
-    rotors = surface_of(table)[1].rotors
+    try:
+        rotors = surface_of(table)[1].rotors
+    except InputError:
+        return  # that the statement is malformed, reading the file says
     if rotors.asymmetry is None or len(table) == 1:
         return
     sheet, alpha = sheet_of(rotors), table.alpha
