@@ -265,7 +265,10 @@ def test_tables_and_json_are_read_again(tmp_path: Path) -> None:
 
 def test_a_deadline_ends_the_improvement_of_a_gait_and_says_so() -> None:
     discs = GAITS[3].angles
-    late, whole = optimal_gait(discs, deadline=0.0), optimal_gait(discs)
+    rounds: list[str] = []
+    late = optimal_gait(discs, deadline=0.0)
+    whole = optimal_gait(discs, progress=rounds.append)
+    assert rounds[0].startswith("round 1, effort")
     assert late.report.flyable
     assert late.value == pytest.approx(whole.value, rel=1e-2)
     assert late.effort > whole.effort

@@ -80,7 +80,7 @@ def optimize_command(
         raise click.UsageError("--waypoint A1,A2 must be given")
     check_outputs(outputs, force=force)
     checked_clock(period, "smooth")
-    with working("optimising"):
+    with working("optimising") as progress:
         answer = optimal_gait(
             waypoints,
             radius=radius[0] if len(radius) == 1 else radius,
@@ -91,6 +91,7 @@ def optimize_command(
             keep_in=keep_in,
             keep_out=keep_out,
             period=period,
+            progress=progress,
         )
         if answer and outputs:
             write_outputs(answer.table(), outputs, force=force)

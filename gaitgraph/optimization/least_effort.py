@@ -286,7 +286,9 @@ class LeastEffort:
         even = SmoothLoop(points=points, passes=when - when[0])
         return even if self.keeps_inside(even) else None
 
-    def solve(self, loop: SmoothLoop) -> tuple[SmoothLoop, list[float]]:
+    def solve(
+        self, loop: SmoothLoop, progress: Callable[[str], None] | None = None
+    ) -> tuple[SmoothLoop, list[float]]:
         """Return the optimized loop, and the efforts of all loops on the way; none if the start is not admissible."""
         if not self._admits(loop):
             return loop, []
@@ -294,6 +296,8 @@ class LeastEffort:
         history = [loop.effort]
         for number in range(_MOST_ROUNDS):
             before = history[-1]
+            if progress is not None:
+                progress(f"round {number + 1}, effort {2 * before:.4g} rad²/s in 1 s")
             starts = [best]
             # The first control points are unevenly spread; from even ones it ends up to 12 % lower.
             even = self.evened(best) if number < _EVENED_ROUNDS else None

@@ -282,6 +282,7 @@ def optimal_gait(
     pieces: int | None = None,
     concession: float = 1e-3,
     deadline: float | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> OptimalGait:
     """Return a smooth closed gait on the red sheet that passes discs in order and is optimal in its worst case.
 
@@ -306,8 +307,9 @@ def optimal_gait(
         Pieces of the spline, 8 to 400; by default 12 for each waypoint, from 36 to 240. More pieces turn sharper.
     concession
         Fraction of the best worst case given up for less effort, in (0, 0.5].
-    deadline
-        Seconds after which the effort of a found gait is not improved further; a warning says so.
+    deadline, progress
+        Seconds after which the effort of a found gait is not improved further; a warning says so. And a function called
+        with a line of text in each round.
 
     Notes
     -----
@@ -361,6 +363,7 @@ def optimal_gait(
             floor,
             pieces,
             until,
+            progress,
         )
         answers.append(search.answer(float(concession)))
     found = [answer for answer in answers if answer]
@@ -524,6 +527,7 @@ class _Search(NamedTuple):
     floor: float
     pieces: int
     until: float
+    progress: Callable[[str], None] | None
 
     def answer(self, concession: float) -> OptimalGait:
         """Return the best gait, or why there is none."""
@@ -559,7 +563,7 @@ class _Search(NamedTuple):
             problem = least_effort.LeastEffort(inside, discs, CLEARANCE, self.until)
             start = self._start(problem)
             if start is not None:
-                loop, history = problem.solve(start)
+                loop, history = problem.solve(start, self.progress)
                 if history:
                     return self._described(loop, history, problem, bound)
         return replace(
