@@ -268,6 +268,11 @@ def test_a_table_of_few_rows_says_how_far_its_chords_leave_the_sheet(
         plan.timed().write(tmp_path / "odd.csv")
 
 
+def test_a_region_of_squares_has_a_least_accuracy() -> None:
+    with pytest.raises(gg.InputError, match="accuracy must be an angle from 0.001"):
+        sheet_region(ODD, accuracy=1e-6)
+
+
 def test_a_margin_that_no_curved_region_keeps_is_refused() -> None:
     """A region of any four rotors does not know servo margins: an answer without one would not be what was asked."""
     with pytest.raises(gg.errors.InputError) as caught:

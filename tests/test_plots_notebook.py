@@ -223,3 +223,10 @@ def test_an_answer_without_a_gait_is_its_text() -> None:
     with pytest.raises(gg.InputError, match="must have a gait to be plotted, got: No"):
         refused.plot()
     assert "<img" not in refused._repr_html_()
+
+
+def test_a_title_speaks_of_all_that_is_drawn() -> None:
+    location = gg.location_of([(-0.4, 0.4), (0.5, 0.5)])
+    assert location.plot().get_title() == "Admissible regions, vehicle paper"
+    comparison = gg.robustness.comparison_of(["gait3", "gait4"])
+    assert comparison.plot().get_title() == "gait3, gait4"

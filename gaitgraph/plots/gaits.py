@@ -345,12 +345,22 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
     """
     ax = base.axes_or_new(ax)
     _draw(ax, shown, legend=True)
-    if isinstance(shown, Report):
-        title = shown.verdict
-    else:
-        title = str(shown).partition("\n")[0].rstrip(":")
-    ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 76), fontsize=9)
+    title = re.sub(r"-(?=\d)", "−", _title_of(shown))
+    ax.set_title(fill(title, 76), fontsize=9)
     return ax
+
+
+def _title_of(shown: Shown) -> str:
+    """Return a title: the first line of the object's text, unless that speaks of a part of the picture alone."""
+    if isinstance(shown, Report):
+        return shown.verdict
+    if isinstance(shown, Comparison):
+        return ", ".join(shown.names)
+    if isinstance(shown, Location):
+        is_empty = not any(place.region.components for place in shown.regions)
+        none = ": none" if is_empty else ""
+        return f"Admissible regions, vehicle {shown.request.vehicle.name}{none}"
+    return str(shown).partition("\n")[0].rstrip(":")
 
 
 PANELS = (
@@ -554,8 +564,10 @@ def _(report: RobustnessReport, ax: Axes) -> str:
 @_drawn.register(Comparison)
 def _(comparison: Comparison, ax: Axes) -> str:
     for name, timed in zip(comparison.names, comparison.gaits, strict=True):
-        gait_loop(timed.gait, label=name, ax=ax)
-    base.legend_below(ax, ncols=2)
+        gait_loop(timed.gait, label="_", ax=ax)
+        middle = timed.gait.alpha[:, :2].mean(axis=0)
+        base.draw_label(ax, middle, name)
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
     return ""
 
 
@@ -583,8 +595,6 @@ def _(location: Location, ax: Axes) -> str:
         look: dict[str, Any] = {"textcoords": "offset points", "ha": "center"}
         ax.annotate(words, waypoint, (0, 6), **look)
         ax.plot(*waypoint, "ko", markersize=4)
-    none = "" if ax.patches else ": none"
-    ax.set_title(f"Admissible regions, vehicle {request.vehicle.name}{none}")
     base.legend_below(ax, ncols=2)
     return f"{request.require} regions with the waypoints"
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI, checked_number
+from gaitgraph.angles import HALF_PI, angle_within, checked_number
 from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import level_of, rotors_of
@@ -53,9 +53,8 @@ def sheet_region(
     vehicle = vehicle_named(vehicle)
     checked_choice("sign", sign, SIGNS)
     floor = checked_number("floor", floor)
-    accuracy = checked_number(
-        "accuracy", accuracy, "a number up to 0.1 (rad)", above=True, most=0.1
-    )
+    # A tenth of it takes ten times the squares: a thousandth of a radian takes some seconds.
+    accuracy = angle_within(accuracy, "accuracy", 0.1, least=1e-3)
     conditions = _Conditions(vehicle, 1.0 if sign == "positive" else -1.0, floor)
     reach = HALF_PI / _SQUARES
     line = np.linspace(-HALF_PI, HALF_PI, 2 * _SQUARES + 1)[1::2]
