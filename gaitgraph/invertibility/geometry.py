@@ -24,6 +24,7 @@ from gaitgraph.errors import InputError, check_fields, shown
 from gaitgraph.invertibility.forms import FloatArray, rotors_of
 from gaitgraph.invertibility.segment_bounds import (
     Least,
+    Points,
     bound_by_change,
     checked_segments,
     least_along,
@@ -280,10 +281,10 @@ class _LeastThrust:
     geometry: Geometry
     count = 1
 
-    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
+    def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return the least thrusts, the least singular values and the norms of the thrusts."""
-        thrusts = self.geometry.hover_thrusts(points)
-        values = self.geometry.least_singular_value(points)
+        thrusts = self.geometry.hover_thrusts(points.rows)
+        values = self.geometry.least_singular_value(points.rows)
         norms = np.linalg.norm(thrusts, axis=-1)
         return np.array([thrusts.min(axis=-1), values, norms])
 

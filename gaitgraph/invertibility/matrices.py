@@ -334,8 +334,12 @@ def hover_power(alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER) -> FloatArra
     [1.0, 1.3337]
     """
     shape, sines = sines_of(alpha)
-    level = level_of_vehicle(vehicle)
-    return (_power_at(sines, level) / _power_upright(level)).reshape(shape)
+    return hover_power_at(sines, level_of_vehicle(vehicle)).reshape(shape)
+
+
+def hover_power_at(sines: Sines, level: Level) -> FloatArray:
+    """Return :func:`hover_power` at points, shape (k,)."""
+    return _power_at(sines, level) / _power_upright(level)
 
 
 @lru_cache(maxsize=32)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -65,14 +65,26 @@ class Least:
         return float(self.lower.min()), float(self.upper[k]), k, float(self.fraction[k])
 
 
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Points of a search, shape (k, n) [rad], and for four tilt angles what all quantities need of them."""
+
+    rows: FloatArray
+
+    @cached_property
+    def sines(self) -> Sines:
+        """The sines of four tilt angles."""
+        return Sines.of(self.rows)
+
+
 class Quantity(Protocol):
     """Functions of the tilt angles that :func:`least_of_each` brackets."""
 
     count: int
     """How many functions there are."""
 
-    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
-        """Return rows of shape (k,) at points, shape (k, n): first the functions, then what `bounds` needs.
+    def state(self, points: Points, least: FloatArray) -> FloatArray:
+        """Return rows of shape (k,) at k points: first the functions, then what `bounds` needs.
 
         A function that is certainly above `least`, shape (count,), may be infinite instead.
         """
@@ -206,12 +218,13 @@ class _Search:
         is_polyline = points.shape[1] == 2 and len(points) > 1 and joined
         if is_polyline:
             flat = np.concatenate([points[:, 0], points[-1:, 1]])
+        all_points = Points(flat)
         states = []
         for quantity, rows in zip(self.quantities, self._rows, strict=True):
             least = self.known[rows]
             if self.each:
                 least = np.full(quantity.count, np.inf)
-            state = quantity.state(flat, least)
+            state = quantity.state(all_points, least)
             if is_polyline:
                 state = np.stack([state[:, :-1], state[:, 1:]], axis=-1)
             states.append(state.reshape(len(state), *points.shape[:2]))
@@ -229,10 +242,10 @@ class _Search:
             nearest = value.argmin(axis=1)
             rows = np.arange(len(nearest))
             lowest = value[rows, nearest]
-            order = np.lexsort((-lowest, segment))  # the last of a segment is its least
-            order = order[lowest[order] < self.upper[k, segment[order]]]
-            self.upper[k, segment[order]] = lowest[order]
-            self.fraction[k, segment[order]] = at[rows, nearest][order]
+            before = self.upper[k, segment]
+            np.fmin.at(self.upper[k], segment, lowest)
+            is_least = (lowest < before) & (lowest == self.upper[k, segment])
+            self.fraction[k, segment[is_least]] = at[rows, nearest][is_least]
             self.known[k] = min(self.known[k], float(lowest.min()))
 
     def _bounds(self, states: list[FloatArray], points: FloatArray) -> FloatArray:
@@ -286,9 +299,9 @@ class Bounded:
     bound: Bound
     count = 1
 
-    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
+    def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return the values."""
-        return self.value(points)[None]
+        return self.value(points.rows)[None]
 
     def bounds(
         self, first: FloatArray, last: FloatArray, p0: FloatArray, p1: FloatArray
@@ -328,9 +341,9 @@ class LevelSign:
         self.signs = np.array(signs)[:, None]
         self.count = len(signs)
 
-    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
+    def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return sign·R."""
-        return np.asarray(self.signs * self.form.at(Sines.of(points)))
+        return np.asarray(self.signs * self.form.at(points.sines))
 
     def bounds(
         self, first: FloatArray, last: FloatArray, p0: FloatArray, p1: FloatArray
@@ -362,8 +375,8 @@ class _Residual:
         self.form = coefficients.surface_form
         self.bends = bends_of(self.form)
 
-    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
-        sizes = np.abs(self.form.at(Sines.of(points)))
+    def state(self, points: Points, least: FloatArray) -> FloatArray:
+        sizes = np.abs(self.form.at(points.sines))
         return np.concatenate([-sizes.max(axis=0, keepdims=True), sizes])
 
     def bounds(
@@ -431,9 +444,9 @@ class SingularValue:
         self.bound = singular_value_bound(self.level.rate)
         self.size = 2 * abs(rotors.drag_ratio)
 
-    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
+    def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return the least singular values, infinite where above the least one, and lower bounds of them."""
-        sines = Sines.of(points)
+        sines = points.sines
         matrix = self.level.matrix(sines)
         determinant = self.size * np.abs(self.level.direction.at(sines)[2])
         squares = np.einsum("kij,kij->k", matrix, matrix)
@@ -512,9 +525,8 @@ class _Thrusts:
         self.form = Form(level.direction.table[..., 2:])
         self.bends = Bends(*level.inputs, self.form)
 
-    def at(self, points: FloatArray) -> FloatArray:
+    def at(self, sines: Sines) -> FloatArray:
         """Return the four thrusts times R, and R, shape (5, k)."""
-        sines = Sines.of(points)
         thrusts = self.signs * self.level.inputs_at(sines)
         return np.concatenate([thrusts, self.form.at(sines)])
 
@@ -524,9 +536,9 @@ class HoverShares(_Thrusts):
 
     count = 2
 
-    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
+    def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return both, the thrusts times R, and R."""
-        rows = self.at(points)
+        rows = self.at(points.sines)
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = rows[:4] / rows[4]
         least_share = np.nan_to_num(shares.min(axis=0), nan=-np.inf)
@@ -569,8 +581,8 @@ class _UpwardThrust(_Thrusts):
 
     count = 1
 
-    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
-        thrusts = self.at(points)[:4]
+    def state(self, points: Points, least: FloatArray) -> FloatArray:
+        thrusts = self.at(points.sines)[:4]
         value = np.maximum(thrusts.min(axis=0), -thrusts.max(axis=0))
         return np.concatenate([value[None], thrusts])
 

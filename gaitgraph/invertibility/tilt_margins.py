@@ -44,7 +44,7 @@ from gaitgraph.invertibility.matrices import (
     sines_of,
     tilt_angles,
 )
-from gaitgraph.invertibility.segment_bounds import bends_of, least_of_each
+from gaitgraph.invertibility.segment_bounds import Points, bends_of, least_of_each
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 _BLOCK = 1 << 13
@@ -191,10 +191,10 @@ class _Margin:
     angle_rounding: float
     count = 1
 
-    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
+    def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return the margin, √(Rφ² + Rθ²) and R with the sign."""
         margin, across, level = _signed_margin(
-            points, self.coefficients, self.angle_rounding
+            points.rows, self.coefficients, self.angle_rounding
         )
         positive = np.where(self.sign * margin > 0, np.abs(margin), 0.0)
         return np.array([positive, across, self.sign * level])

@@ -11,14 +11,13 @@ import numpy as np
 from gaitgraph.angles import distance_to_multiple, figure, figures_apart
 from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.invertibility.coefficients import coefficients_of, is_red
-from gaitgraph.invertibility.forms import Form, Sines
+from gaitgraph.invertibility.forms import Form
 from gaitgraph.invertibility.matrices import (
-    hover_power,
+    hover_power_at,
     hover_thrust_shares,
-    level_determinant,
-    level_determinant_resolution,
     level_of_vehicle,
     mean_hover_powers,
+    noise_of,
 )
 from gaitgraph.invertibility.segment_bounds import (
     Least,
@@ -103,7 +102,7 @@ class Brackets:
 def brackets_of(segments: Segments, criteria: Criteria, fit: Fit) -> Brackets:
     """Bracket all quantities that the rules compare with their limits."""
     starts, ends, vehicle = segments.starts, segments.ends, criteria.vehicle
-    value = np.asarray(level_determinant(segments.alpha, criteria.coefficients))
+    value = criteria.coefficients.level_form.at(segments.sines)[0]
     sign = 1.0 if value[np.argmax(np.abs(value))] >= 0 else -1.0
     quantities: list[Quantity] = [
         LevelSign(criteria.coefficients, (sign,)),
@@ -138,7 +137,7 @@ def _resolution_of(
     assumed = "angles exact"
     if rounding.any():
         assumed = f"angles to {rounding.max():.2g} rad"
-    return coefficients.level_errors(Sines.of(segments.alpha), rounding), assumed
+    return coefficients.level_errors(segments.sines, rounding), assumed
 
 
 def sign_of_R(
@@ -398,7 +397,7 @@ def mean_hover_power(
     powers = np.zeros(len(weights))
     long = weights > _SHORT
     if not long.all():
-        at_points = hover_power(segments.alpha, vehicle)
+        at_points = hover_power_at(segments.sines, level_of_vehicle(vehicle))
         powers = (at_points[:-1] + at_points[1:]) / 2
     if long.any():
         starts, steps = starts[long, None], steps[long, None]
@@ -464,9 +463,9 @@ def reachability(
         f"entering from hover (R > 0) passes a singular matrix: plan with sign positive, in {home}, or start the flight "
         "in the gait"
     )
-    if fit.on_blue or level_determinant(alpha, exact).min() <= 0:
+    if fit.on_blue:
         return False, passes
-    resolution = float(level_determinant_resolution(alpha, exact).max())
+    resolution = noise_of(exact)
     slack = criteria.level_slack(exact)
     floor = float(np.nextafter(max(resolution, slack), math.inf))
     lower = least_level_determinant(

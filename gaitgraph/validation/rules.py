@@ -17,6 +17,7 @@ import numpy as np
 from gaitgraph.angles import angle_within, checked_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.invertibility.coefficients import is_red
+from gaitgraph.invertibility.forms import Sines
 from gaitgraph.invertibility.matrices import hover_thrust_shares, singular_value_rate
 from gaitgraph.invertibility.segment_bounds import largest_residual
 from gaitgraph.surface.sheets import (
@@ -134,6 +135,11 @@ class Segments:
     def ends(self) -> FloatArray:
         """The end of each segment, shape (m, 4) [rad]."""
         return self.alpha[1:]
+
+    @cached_property
+    def sines(self) -> Sines:
+        """The sines of the tilt angles at the points."""
+        return Sines.of(self.alpha)
 
     @cached_property
     def on_red(self) -> bool:
