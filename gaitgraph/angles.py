@@ -11,7 +11,7 @@ from numbers import Complex, Number, Real
 from typing import Any, SupportsIndex
 
 from gaitgraph.arrays import check_unmasked, first_masked
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import wrong
 
 __all__ = [
     "angle_from_text",
@@ -54,9 +54,7 @@ def angle_from_text(value: object, name: str = "angle") -> float:
     angle = _angle_in_text(value) if isinstance(value, str) else number_of(value)
     if not math.isfinite(angle):
         allowed = "a finite number in radians, or a text such as '3pi/8', '-3*pi/8' or '67.5deg'"
-        raise InputError(
-            f"{name} must be {allowed}, got {shown(value)}", field=name, value=value
-        )
+        raise wrong(name, f"must be {allowed}", value)
     return angle
 
 
@@ -111,11 +109,7 @@ def angle_within(
             allowed = f"within ±{most} rad"
         else:
             allowed = f"an angle from {least:g} to {most} rad"
-        raise InputError(
-            f"{name} must be {allowed}, got {shown(value)}{in_degrees(value)}",
-            field=name,
-            value=value,
-        )
+        raise wrong(name, f"must be {allowed}", value, in_degrees(value))
     return angle
 
 
@@ -142,15 +136,13 @@ def angles_from(values: Any, name: str = "angles") -> Any:
         allowed = (
             "finite numbers in radians, or texts such as '3pi/8', in rows of one length"
         )
-        raise InputError(
-            f"{name} must be {allowed}, got {shown(values)}", field=name
-        ) from error
+        raise wrong(name, f"must be {allowed}", values) from error
     fine = np.abs(angles) <= _LARGEST  # NaN is not
     if not fine.all():
-        raise InputError(
-            f"{name} must be finite angles within ±1e6 rad, got {angles[~fine][0]}",
-            field=name,
-        )
+        place = tuple(np.argwhere(~fine)[0].tolist())
+        row = place[0] + 1 if angles.ndim == 2 else None
+        rule = "must be finite angles within ±1e6 rad"
+        raise wrong(name, rule, float(angles[place]), row=row)
     return angles
 
 
@@ -205,9 +197,7 @@ def checked_number(
     """
     number = number_of(value)
     if not 0 <= number <= most or math.isinf(number) or (above and number == 0):
-        raise InputError(
-            f"{name} must be {allowed}, got {shown(value)}", field=name, value=value
-        )
+        raise wrong(name, f"must be {allowed}", value)
     return number
 
 
@@ -223,11 +213,7 @@ def whole_number(name: str, value: object, low: int, high: int) -> int:
         or math.isnan(number_of(value))
         or not low <= int(value) <= high
     ):
-        raise InputError(
-            f"{name} must be a whole number from {low} to {high}, got {shown(value)}",
-            field=name,
-            value=value,
-        )
+        raise wrong(name, f"must be a whole number from {low} to {high}", value)
     return int(value)
 
 

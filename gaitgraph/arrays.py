@@ -21,9 +21,10 @@ def check_unmasked(values: object, name: str = "angles") -> None:
     """
     found = first_masked(values, _MOST_DIMENSIONS)
     if found is not None:
-        place = f" in row {found[0] + 1}" if found else ""
+        row = found[0] + 1 if found else None
+        place = f" in row {row}" if found else ""
         raise InputError(
-            f"{name} must have no masked values, got one{place}", field=name
+            f"{name} must have no masked values, got one{place}", field=name, row=row
         )
 
 

@@ -6,6 +6,7 @@ are answers, not errors: a plan states its reason, and only reading its gait rai
 
 from __future__ import annotations
 
+import json
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -41,13 +42,35 @@ class GaitgraphError(Exception):
     """Base of all errors raised by gaitgraph.
 
     Its text is its `message` and, where something helps, `advice` with the argument of Python to use. `on_command_line`
-    is the same text with the flag instead. `path` is the file that the message names, None where it names none.
+    is the same text with the flag instead. The fields below say what is wrong, each None where the message does not.
+
+    Parameters
+    ----------
+    field
+        Name of the argument, option, column or field; with dots for one inside another, "vehicle.drag_ratio" say.
+    row
+        Row of a table, or place in a list of waypoints or polygons, counted from 1.
+    value
+        What the message says that it got.
+    path
+        The file.
     """
 
-    path: str | None = None
-
-    def __init__(self, message: object = "", *, advice: Advice | None = None) -> None:
+    def __init__(
+        self,
+        message: object = "",
+        *,
+        field: str | None = None,
+        row: int | None = None,
+        value: object = None,
+        path: str | None = None,
+        advice: Advice | None = None,
+    ) -> None:
         super().__init__(message)
+        self.field = field
+        self.row = row
+        self.value = value
+        self.path = path
         self.advice = advice
 
     @property
@@ -62,6 +85,15 @@ class GaitgraphError(Exception):
             return self.message
         return f"{self.message}; {self.advice.command_line}"
 
+    def as_mapping(self) -> dict[str, Any]:
+        """Return the message, and those of field, row, value and path that are known, as plain values, ready for JSON.
+
+        A value that JSON does not take is a text, as messages show it.
+        """
+        values = {"message": self.message, "field": self.field, "row": self.row}
+        values |= {"value": _for_json(self.value), "path": self.path}
+        return {name: value for name, value in values.items() if value is not None}
+
     def __str__(self) -> str:
         if self.advice is None:
             return self.message
@@ -69,27 +101,7 @@ class GaitgraphError(Exception):
 
 
 class InputError(GaitgraphError, ValueError):
-    """A value is malformed or out of range; the message says what it must be, and what it is.
-
-    `field` is the name of the argument, option, column or field of a request that is wrong, None where it has no single
-    name; `row` is the row of a table, counted from 1, and `value` what stands there, None where there is none.
-    """
-
-    def __init__(
-        self,
-        message: object = "",
-        *,
-        field: str | None = None,
-        row: int | None = None,
-        value: object = None,
-        path: str | None = None,
-        advice: Advice | None = None,
-    ) -> None:
-        super().__init__(message, advice=advice)
-        self.field = field
-        self.row = row
-        self.value = value
-        self.path = path
+    """A value is malformed or out of range; the message says what it must be, and what it is."""
 
 
 class MissingConstant(InputError):
@@ -114,8 +126,7 @@ class FileProblem(GaitgraphError, OSError):
     @classmethod
     def of(cls, message: str, error: Exception, path: Path) -> FileProblem:
         """Return the problem of a path that an error of the system tells."""
-        problem = cls(message)
-        problem.path = str(path)
+        problem = cls(message, path=str(path))
         problem.filename = str(path)
         problem.errno = getattr(error, "errno", None)
         return problem
@@ -129,13 +140,55 @@ class OutputExists(FileProblem, FileExistsError):
     """An output file exists already and overwriting was not asked for."""
 
 
+def wrong(
+    name: str,
+    rule: str,
+    value: object,
+    hint: str = "",
+    *,
+    got: str = "",
+    field: str | None = None,
+    row: int | None = None,
+    advice: Advice | None = None,
+) -> InputError:
+    """Return the error that a value breaks a rule; `got` is what to say of the value instead of itself.
+
+    The `field` of the error is the name, unless that is one for messages.
+
+    >>> error = wrong("period", "must be positive", -1.0)
+    >>> str(error), error.field, error.value
+    ('period must be positive, got -1.0', 'period', -1.0)
+    """
+    return InputError(
+        f"{name} {rule}, got {got or shown(value)}{hint}",
+        field=field or name,
+        row=row,
+        value=value,
+        advice=advice,
+    )
+
+
 @contextmanager
-def of_field(name: str) -> Iterator[None]:
-    """Set the field of each InputError that arises within."""
+def of_field(name: str, row: int | None = None) -> Iterator[None]:
+    """Set the field, and the row, of each InputError that arises within."""
     try:
         yield
     except InputError as error:
         error.field = name
+        error.row = row
+        raise
+
+
+@contextmanager
+def inside(name: str) -> Iterator[None]:
+    """Put the name of the whole before the field of each InputError that arises within, as in "vehicle.drag_ratio"."""
+    try:
+        yield
+    except InputError as error:
+        if error.field is None:
+            error.field = name
+        elif error.field != name:
+            error.field = f"{name}.{error.field}"
         raise
 
 
@@ -191,6 +244,16 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def _for_json(value: object) -> Any:
+    """Return a value as JSON takes it; a text if it does not."""
+    plain = _plain(value)
+    try:
+        json.dumps(plain, allow_nan=False)
+    except (RecursionError, TypeError, ValueError):
+        return shown(value)
+    return plain
+
+
 def check_kind(name: str, value: object, *kinds: type) -> None:
     """Raise InputError unless a value is of one of some kinds.
 
@@ -200,11 +263,7 @@ def check_kind(name: str, value: object, *kinds: type) -> None:
     """
     if not isinstance(value, kinds):
         names = " or ".join(kind.__name__ for kind in kinds)
-        raise InputError(
-            f"{name} must be of the kind {names}, got {shown(value)}",
-            field=name,
-            value=value,
-        )
+        raise wrong(name, f"must be of the kind {names}", value)
 
 
 def needs_extra(module: str, purpose: str, extra: str) -> MissingExtra:
@@ -236,20 +295,15 @@ def checked_choice(name: str, value: Any, known: Collection[str]) -> Any:
     if isinstance(value, str) and value in known:
         return value
     words = list(known)
-    raise InputError(
-        f"{name} must be one of {', '.join(words)}, got {shown(value)}{did_you_mean(value, words)}",
-        field=name,
-        value=value,
-    )
+    hint = did_you_mean(value, words)
+    raise wrong(name, f"must be one of {', '.join(words)}", value, hint)
 
 
 def check_fields(who: str, stated: object, known: Sequence[str]) -> None:
     """Raise InputError unless `stated` is a mapping of known field names; `who` begins the message."""
     if not isinstance(stated, dict):
-        raise InputError(
-            f"{who} must be a table of values by name, got {shown(stated)}"
-        )
+        raise wrong(who, "must be a table of values by name", stated)
     for name in stated:
         if name not in known:
             hint = did_you_mean(name, known) or f"; the fields are {', '.join(known)}"
-            raise InputError(f"{who} has no field {shown(name)}{hint}")
+            raise InputError(f"{who} has no field {shown(name)}{hint}", field=str(name))

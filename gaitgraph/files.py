@@ -20,6 +20,7 @@ from gaitgraph.errors import (
     OutputExists,
     reworded,
     shown,
+    wrong,
 )
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ _OVERWRITE = Advice("overwrite it with force=True", "overwrite it with --force")
 def path_of(value: object, what: str) -> Path:
     """Return a path; InputError, which calls it `what`, for anything else."""
     if not isinstance(value, (str, Path)):
-        raise InputError(f"{what} must be the path of a file, got {shown(value)}")
+        field = what if what.isidentifier() else "path"
+        raise wrong(what, "must be the path of a file", value, field=field)
     return Path(value)
 
 
@@ -137,9 +139,7 @@ def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -
         content = table_from_toml(text)
         inner = content.get(what, content)
         if not isinstance(inner, dict):
-            raise InputError(
-                f"{what} must be a table of values by name, got {shown(inner)}"
-            )
+            raise wrong(what, "must be a table of values by name", inner)
         if inner is not content and len(content) > 1:
             beside = next(name for name in content if name != what)
             raise InputError(
@@ -209,7 +209,9 @@ def check_new_files(
         try:
             target = target_of(path)
             if target in seen:
-                raise InputError(f"outputs must differ, got {str(path)!r} twice")
+                raise InputError(
+                    f"outputs must differ, got {str(path)!r} twice", field="outputs"
+                )
             seen.add(target)
             _check_new(path, target, force=force, is_folder=path in folders)
         except GaitgraphError as problem:

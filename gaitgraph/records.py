@@ -14,7 +14,7 @@ from enum import Enum
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Self
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, shown, wrong
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -55,9 +55,7 @@ class Record:
         except RecursionError as error:
             raise InputError("mapping is nested too deeply") from error
         if not isinstance(record, cls):
-            raise InputError(
-                f"mapping must be that of a {cls.__name__}, got {shown(mapping)}"
-            )
+            raise wrong("mapping", f"must be that of a {cls.__name__}", mapping)
         return record
 
     def _constructed_from(self) -> dict[str, Any]:
@@ -159,7 +157,7 @@ def rebuilt(value: Any) -> Any:
     kind = rest.pop(_TYPE)
     items = rest.get("items", [])
     if not isinstance(items, list):
-        raise InputError(f"items must be a list, got {shown(items)}", field="items")
+        raise wrong("items", "must be a list", items)
     try:
         if kind in _LIBRARY:
             return _LIBRARY[kind](**rest)
@@ -195,11 +193,7 @@ def _check_scalars(kind: Any, named: dict[str, Any]) -> None:
             continue
         value = named[one.name]
         if type(value) not in [scalar for word in words for scalar in _SCALARS[word]]:
-            raise InputError(
-                f"{one.name} must be {one.type}, got {shown(value)}",
-                field=one.name,
-                value=value,
-            )
+            raise wrong(one.name, f"must be {one.type}", value)
 
 
 def _array(dtype: str, items: list[Any]) -> Any:
@@ -217,7 +211,7 @@ def _geometry(wkb: str) -> Any:
     try:
         return shapely.from_wkb(wkb)
     except shapely.errors.ShapelyError as error:
-        raise InputError(f"wkb must be a geometry, got {shown(wkb)}") from error
+        raise wrong("wkb", "must be a geometry", wkb) from error
 
 
 def _float(value: str) -> float:
@@ -248,14 +242,14 @@ def _name_of(kind: type) -> str:
 def _class_of(name: Any) -> Any:
     """Return a class of gaitgraph by the name that :func:`plain` gave; InputError for any other."""
     if not isinstance(name, str) or not name.startswith(_OWN):
-        raise InputError(f"type must be one that as_dict() gave, got {shown(name)}")
+        raise wrong("type", "must be one that as_dict() gave", name)
     module, _, kind = name.rpartition(".")
     found = getattr(import_module(module), kind)
     is_record = isinstance(found, type) and (
         is_dataclass(found) or issubclass(found, (tuple, Enum))
     )
     if not is_record:
-        raise InputError(f"type must be one that as_dict() gave, got {shown(name)}")
+        raise wrong("type", "must be one that as_dict() gave", name)
     return found
 
 

@@ -34,8 +34,10 @@ from gaitgraph.errors import (
     check_fields,
     checked_choice,
     did_you_mean,
+    inside,
     of_field,
     shown,
+    wrong,
 )
 from gaitgraph.files import from_toml_file, table_from_toml
 from gaitgraph.pictured import Pictured
@@ -203,9 +205,11 @@ class Vehicle(Pictured):
         _check_axes(self)
         for arm, (least, most) in enumerate(self.tilt_range or (), start=1):
             if not least < most:
-                got = f"{least:g} to {most:g} rad for arm {arm}"
-                raise InputError(
-                    f"min_tilt must be below max_tilt, both within the linkage of the arm, got {got}"
+                raise wrong(
+                    "min_tilt",
+                    "must be below max_tilt, both within the linkage of the arm",
+                    least,
+                    got=f"{least:g} to {most:g} rad for arm {arm}",
                 )
 
     @property
@@ -430,10 +434,8 @@ class Vehicle(Pictured):
         if new["rotor_positions"] is not None:
             for name in _OF_EQUAL_ARMS:
                 if name in changes:
-                    raise InputError(
-                        f"{name} must be omitted beside rotor_positions, got {shown(changes[name])}",
-                        field=name,
-                        value=changes[name],
+                    raise wrong(
+                        name, "must be omitted beside rotor_positions", changes[name]
                     )
             new |= {name: _DEFAULTS[name] for name in _OF_EQUAL_ARMS}
         if new["spins"] is not None and "first_rotor_spin" not in changes:
@@ -514,9 +516,8 @@ def linkage_of(name: str, pairs: object) -> Linkage:
     """
     table = angles_from(pairs, name)
     if table.ndim != 2 or len(table) < 2 or table.shape[1] != 2:
-        raise InputError(
-            f"{name} must be two or more pairs of a servo and a tilt angle (rad), got {shown(pairs)}",
-            value=pairs,
+        raise wrong(
+            name, "must be two or more pairs of a servo and a tilt angle (rad)", pairs
         )
     table = table[table[:, 1].argsort()]
     turns, rises = (table[1:] - table[:-1]).T
@@ -525,7 +526,7 @@ def linkage_of(name: str, pairs: object) -> Linkage:
         _LEAST_TURN <= min(*one_way, *rises) <= max(*one_way, *rises) <= _LARGEST_TURN
     ):
         rule = "monotone: tilt angles that all rise, or all fall, with the servo angle"
-        raise InputError(f"{name} must be {rule}, got {shown(pairs)}", value=pairs)
+        raise wrong(name, f"must be {rule}", pairs)
     return tuple(map(tuple, table.tolist()))
 
 
@@ -556,8 +557,11 @@ def _check_arms_are_equal(constants: Mapping[str, Any]) -> None:
             name in _OF_EQUAL_ARMS and is_of_each
         ):
             rule = "be equal and a quarter turn apart, with one arm_length (m) and one first_arm_angle (rad)"
-            raise InputError(
-                f"arms must {rule}, or be stated as rotor_positions (m), got {name} = {shown(value)}",
+            raise wrong(
+                "arms",
+                f"must {rule}, or be stated as rotor_positions (m)",
+                value,
+                got=f"{name} = {shown(value)}",
                 field=name,
             )
 
@@ -569,10 +573,8 @@ def _read_positions(stated: dict[str, Any]) -> None:
         return
     beside = [name for name in _OF_EQUAL_ARMS if stated[name] != _DEFAULTS[name]]
     if beside:
-        raise InputError(
-            f"{beside[0]} must be omitted beside rotor_positions, got {shown(stated[beside[0]])}",
-            field=beside[0],
-            value=stated[beside[0]],
+        raise wrong(
+            beside[0], "must be omitted beside rotor_positions", stated[beside[0]]
         )
     rule = f"four places (x, y, z) within ±{_FAR:g} m"
     places = _four_vectors("rotor_positions", positions, rule)
@@ -580,10 +582,11 @@ def _read_positions(stated: dict[str, Any]) -> None:
     length = sum(lengths) / 4
     for rotor, distance in enumerate(lengths, start=1):
         if not distance > max(1e-6, 1e-3 * length):
-            raise InputError(
-                f"rotor_positions must be away from body z, got {shown(places[rotor - 1])} for rotor {rotor}",
-                field="rotor_positions",
-                value=places[rotor - 1],
+            raise wrong(
+                "rotor_positions",
+                "must be away from body z",
+                places[rotor - 1],
+                f" for rotor {rotor}",
             )
     angles = [math.atan2(y, x) for x, y, _ in places]
     turns = [(angles[(k + 1) % 4] - angles[k]) % (2 * math.pi) for k in range(4)]
@@ -595,10 +598,10 @@ def _read_positions(stated: dict[str, Any]) -> None:
         )
     heights = [z for _, _, z in places]
     if max(map(abs, heights)) > 10 * length:
-        raise InputError(
-            f"rotor_positions must be within ten arm lengths ({10 * length:g} m) of height, got {shown(positions)}",
-            field="rotor_positions",
-            value=positions,
+        raise wrong(
+            "rotor_positions",
+            f"must be within ten arm lengths ({10 * length:g} m) of height",
+            positions,
         )
     stated["arm_length"] = length
     stated["first_arm_angle"] = angles[0]
@@ -624,9 +627,7 @@ def _four_vectors(name: str, value: object, rule: str) -> tuple[Place, ...]:
     if not has_shape or not all(
         abs(part) <= _FAR for vector in vectors for part in vector
     ):
-        raise InputError(
-            f"{name} must be {rule}, got {shown(value)}", field=name, value=value
-        )
+        raise wrong(name, f"must be {rule}", value)
     return tuple(vectors)
 
 
@@ -640,10 +641,11 @@ def _read_axes(stated: dict[str, Any]) -> None:
         )
         for rotor, axis in enumerate(axes, start=1):
             if math.hypot(*axis) < 1e-6:
-                raise InputError(
-                    f"{name} must be longer than 1e-6, got {shown(axis)} for rotor {rotor}, which then cannot {cannot}",
-                    field=name,
-                    value=axis,
+                raise wrong(
+                    name,
+                    "must be longer than 1e-6",
+                    axis,
+                    f" for rotor {rotor}, which then cannot {cannot}",
                 )
         stated[name] = axes
 
@@ -655,17 +657,11 @@ def _read_spins(stated: dict[str, Any], first: object) -> None:
         return
     if not isinstance(spins, (list, tuple)) or len(spins) != 4:
         rule = f"four words, {' or '.join(get_args(Spin))}"
-        raise InputError(
-            f"spins must be {rule}, got {shown(spins)}", field="spins", value=spins
-        )
+        raise wrong("spins", f"must be {rule}", spins)
     for spin in spins:
         checked_choice("spins", spin, get_args(Spin))
     if first not in (None, spins[0]):
-        raise InputError(
-            f"first_rotor_spin must be omitted beside spins, got {shown(first)}",
-            field="first_rotor_spin",
-            value=first,
-        )
+        raise wrong("first_rotor_spin", "must be omitted beside spins", first)
     alternate = spins[0] == spins[2] != spins[1] == spins[3]
     stated["first_rotor_spin"] = spins[0]
     stated["spins"] = None if alternate else tuple(spins)
@@ -675,25 +671,23 @@ def _read_words(stated: dict[str, Any]) -> None:
     """Check the name, the spin, and whether servos report their angles."""
     name, feedback = stated["name"], stated["servo_feedback"]
     if not isinstance(name, str) or not name or not name.isprintable():
-        raise InputError(
-            f"vehicle name must be a printable, non-empty text, got {shown(name)}",
-            value=name,
-        )
+        rule = "must be a printable, non-empty text"
+        raise wrong("vehicle name", rule, name, field="name")
     checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
     if not isinstance(feedback, bool):
-        raise InputError(
-            f"servo_feedback must be true or false, got {shown(feedback)}",
-            field="servo_feedback",
-            value=feedback,
-        )
+        raise wrong("servo_feedback", "must be true or false", feedback)
 
 
 def _read_numbers(stated: dict[str, Any]) -> None:
     """Read all constants with a unit but the rotor height, and the angle of the first arm."""
     low = stated["min_tilt"]
     if low is not None and stated["max_tilt"] is None:
-        raise InputError(
-            f"max_tilt must be stated (rad) beside min_tilt, got none; min_tilt is {shown(low)}"
+        raise wrong(
+            "max_tilt",
+            "must be stated (rad) beside min_tilt",
+            None,
+            f"; min_tilt is {shown(low)}",
+            got="none",
         )
     convert: dict[str, Callable[[str, Any], Any]] = dict.fromkeys(UNITS, _positive)
     convert |= dict.fromkeys(_TILTS, partial(_tilt, signed=low is not None))
@@ -711,10 +705,7 @@ def _read_numbers(stated: dict[str, Any]) -> None:
 
 def _inertia(name: str, value: object) -> tuple[float, ...]:
     if not isinstance(value, (list, tuple)) or len(value) != 3:
-        raise InputError(
-            f"{name} must be three positive numbers (kg m²), got {shown(value)}",
-            value=value,
-        )
+        raise wrong(name, "must be three positive numbers (kg m²)", value)
     return tuple(_positive(name, part) for part in value)
 
 
@@ -731,26 +722,27 @@ def _derive_drag_ratio(stated: dict[str, Any]) -> None:
             # A quotient of extreme constants can overflow or vanish.
             stated[field] = _positive(field, derived)
         elif isinstance(got, tuple):
-            raise InputError(
-                f"drag_coefficient must be omitted beside four drag_to_thrust, got {stated[over]}"
+            raise wrong(
+                "drag_coefficient",
+                "must be omitted beside four drag_to_thrust",
+                stated[over],
             )
         elif not math.isclose(got, derived, rel_tol=1e-6):
             rule = f"{formula} = {derived:.9g} of the other constants, or be omitted"
-            raise InputError(f"{field} must equal {rule}, got {got}")
+            raise wrong(field, f"must equal {rule}", got)
     ratio = stated["drag_ratio"]
     if ratio is None:
         raise InputError(
             "vehicle constants do not determine the drag ratio κ; state thrust_coefficient, "
-            "drag_coefficient and arm_length, or drag_to_thrust and arm_length, or drag_ratio"
-        )
-    if not 1e-9 <= ratio <= 1e9:
-        raise InputError(
-            f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {ratio}",
+            "drag_coefficient and arm_length, or drag_to_thrust and arm_length, or drag_ratio",
             field="drag_ratio",
         )
+    if not 1e-9 <= ratio <= 1e9:
+        raise wrong("drag_ratio", "must be between 1e-9 and 1e9 (dimensionless)", ratio)
     if isinstance(stated["drag_to_thrust"], tuple) and not stated["arm_length"]:
         raise InputError(
-            "arm_length (m) or rotor_positions must be stated beside four drag_to_thrust, got none"
+            "arm_length (m) or rotor_positions must be stated beside four drag_to_thrust, got none",
+            field="arm_length",
         )
 
 
@@ -760,14 +752,10 @@ def _read_height(stated: dict[str, Any]) -> None:
     height, largest = number_of(given), 10 * (stated["arm_length"] or 0.0)
     if height and not largest:
         rule = "0 m without an arm_length"
-        raise InputError(
-            f"rotor_height must be {rule}, got {shown(given)}; state arm_length (m)",
-            value=given,
-        )
+        raise wrong("rotor_height", f"must be {rule}", given, "; state arm_length (m)")
     if not abs(height) <= largest * (1 + 1e-12):
-        raise InputError(
-            f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(given)}",
-            value=given,
+        raise wrong(
+            "rotor_height", f"must be within ±{largest:g} m, ten arm lengths", given
         )
     stated["rotor_height"] = height + 0.0  # -0.0 is 0.0
 
@@ -866,10 +854,7 @@ def _each(name: str, value: object, convert: Callable[[str, Any], Any]) -> Any:
     ):
         return convert(name, value)
     if len(value) != 4:
-        raise InputError(
-            f"{name} must be one for all arms or four, one for each, got {shown(value)}",
-            value=value,
-        )
+        raise wrong(name, "must be one for all arms or four, one for each", value)
     parts = tuple(convert(name, part) for part in value)
     return parts if len(set(parts)) > 1 else parts[0]
 
@@ -900,9 +885,8 @@ def _positive(name: str, value: object) -> float:
         reason = ""
         if name in _DRAGS and number == 0:
             reason = "; a rotor without drag has no yaw torque at zero tilt"
-        raise InputError(
-            f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}{reason}",
-            value=value,
+        raise wrong(
+            name, f"must be a positive finite number ({UNITS[name]})", value, reason
         )
     return number
 
@@ -971,21 +955,18 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
             hint = f"; did you mean '{preset}.toml'?"
         else:
             hint = did_you_mean(preset, preset_names())
-        raise InputError(
-            f"vehicle must be {allowed}, got {shown(preset)}{hint}",
-            field="vehicle",
-            value=preset,
-        )
+        raise wrong("vehicle", f"must be {allowed}", preset, hint)
     changes = {name: value for name, value in constants.items() if name != "preset"}
     if not changes:
         return found
     is_placed = found.rotor_positions is not None and "rotor_positions" not in changes
     for name in _OF_EQUAL_ARMS:
         if is_placed and name in changes:
-            raise InputError(
-                f"{name} must be omitted beside the preset {preset!r}, which states rotor_positions, got "
-                f"{shown(changes[name])}; state a vehicle of equal arms without a preset",
-                field=name,
+            raise wrong(
+                name,
+                f"must be omitted beside the preset {preset!r}, which states rotor_positions",
+                changes[name],
+                "; state a vehicle of equal arms without a preset",
             )
     return found.replace(**{"name": f"{preset}, changed", **changes})
 
@@ -1004,11 +985,7 @@ def vehicle_in_gait_file(stated: object) -> Vehicle:
         hint = did_you_mean(preset, preset_names())
         if isinstance(preset, str) and preset.lower().endswith(".toml"):
             hint = "; a gait file names no other file"
-        raise InputError(
-            f"vehicle must be {allowed}, got {shown(preset)}{hint}",
-            field="vehicle",
-            value=preset,
-        )
+        raise wrong("vehicle", f"must be {allowed}", preset, hint)
     return vehicle_named(stated)  # type: ignore[arg-type]
 
 
@@ -1021,7 +998,8 @@ def vehicle_named(vehicle: VehicleLike) -> Vehicle:
     if isinstance(vehicle, Vehicle):
         return vehicle
     if isinstance(vehicle, Mapping):
-        return vehicle_from_mapping(dict(vehicle))
+        with inside("vehicle"):
+            return vehicle_from_mapping(dict(vehicle))
     if not isinstance(vehicle, Path) and not str(vehicle).lower().endswith(".toml"):
         return vehicle_from_mapping({"preset": vehicle})
     path = Path(vehicle)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import inspect
+import json
 import math
 import os
 import pickle
@@ -190,9 +191,24 @@ def refusal(name: str, **changes: Any) -> Any:
 def test_a_wrong_argument_is_named_in_one_line(name: str, argument: str) -> None:
     for value in WRONG.get(f"{name}.{argument}", WRONG[argument]):
         error = refusal(name, **{argument: value})
-        if error.path is None and getattr(error, "row", None) is None:
-            named = f"{getattr(error, 'field', None)} {error}"
+        if error.path is None and error.row is None:
+            named = f"{error.field} {error}"
             assert re.search(NOUNS.get(argument, argument), named), (value, named)
+        check_held(error, value)
+
+
+def check_held(error: gg.GaitgraphError, value: object) -> None:
+    """Check that an error holds what its message says, and states the same in JSON."""
+    assert error.field is not None or error.path is not None, value
+    # No value is held where none came, or a part of it is masked.
+    has_none = value is None or re.search("got none|got one", str(error))
+    says_value = ", got " in str(error) and not has_none
+    assert error.value is not None or not says_value, value
+    stated = json.loads(json.dumps(error.as_mapping(), allow_nan=False))
+    assert stated["message"] == error.message
+    for known in ("field", "row", "path"):
+        assert stated.get(known) == getattr(error, known)
+    assert ("value" in stated) == (error.value is not None)
 
 
 NUMBERS = FlightSettings().as_mapping().keys() - set(
@@ -520,25 +536,30 @@ def test_problems_of_files_keep_what_the_system_says(tmp_path: Path) -> None:
     assert refused.value.errno == errno.ENAMETOOLONG
 
 
-@pytest.mark.parametrize(
-    ("name", "wrong", "field"),
-    [
-        ("plan_loop", {"floor": -1.0}, "floor"),
-        ("plan_loop", {"sign": "up"}, "sign"),
-        ("surface_graph", {"divisions": 0.5}, "divisions"),
-    ],
-)
-def test_an_error_holds_the_field_and_the_value(
-    name: str, wrong: dict[str, Any], field: str
+LOOP_OF_DEGREES = [(0.1, 0.2), (0.1, 30)]
+STATED: list[tuple[str, dict[str, Any], str | None, int | None, Any]] = [
+    ("plan_loop", {"period": 0}, "period", None, 0),
+    ("plan_loop", {"waypoints": LOOP_OF_DEGREES}, "waypoints", 2, 30),
+    ("plan_loop", {"waypoints": [(0.1, 0.2, 0.3)]}, "waypoints", 1, (0.1, 0.2, 0.3)),
+    ("plan_loop", {"keep_out": [SQUARE, [(0, "x")]]}, "keep_out", 2, "x"),
+    ("plan_loop", {"vehicle": {"drag_ratio": -2}}, "vehicle.drag_ratio", None, -2),
+    ("plan_loop", {"vehicle": {"drag_ratios": 2}}, "vehicle.drag_ratios", None, None),
+    ("plan_loop", {"vehicle": "padovo"}, "vehicle", None, "padovo"),
+    ("Vehicle", {"drag_ratio": -2}, "drag_ratio", None, -2),
+    ("Vehicle", {"first_rotor_spin": "left"}, "first_rotor_spin", None, "left"),
+    ("Limits", {"acceleration": [1, 2]}, "acceleration", None, [1, 2]),
+    ("Gait", {"alpha": [ROWS[0], [0.1, 0.2, 1e7, 0.4]]}, "alpha", 2, 1e7),
+    ("Gait", {"alpha": tuple(MASKED)}, "alpha", 2, None),
+    ("validate", {"gait": "gait.cvs"}, None, None, ".cvs"),
+    ("surface_graph", {"divisions": 0.5}, "divisions", None, 0.5),
+    ("io.Joint", {"sign": 2}, "sign", None, 2),
+]
+
+
+@pytest.mark.parametrize(("name", "wrong", "field", "row", "value"), STATED)
+def test_an_error_says_which_value_is_wrong(
+    name: str, wrong: dict[str, Any], field: str | None, row: int | None, value: Any
 ) -> None:
     error = refusal(name, **wrong)
-    assert (error.field, error.value) == (field, wrong[field])
-
-
-@pytest.mark.parametrize(
-    ("field", "value"), [("drag_ratio", -2), ("first_rotor_spin", "left")]
-)
-def test_an_error_about_a_vehicle_holds_the_value(field: str, value: Any) -> None:
-    with pytest.raises(InputError) as caught:
-        gg.vehicle_named({"preset": "paper", field: value})
-    assert (caught.value.field, caught.value.value) == (field, value)
+    assert (error.field, error.row, error.value) == (field, row, value)
+    assert error.path == ("gait.cvs" if field is None else None)

@@ -125,7 +125,9 @@ def check_certificate(path: str | Path) -> None:
     suffix = Path(path).suffix
     if suffix != ".json":
         raise InputError(
-            f"output {str(path)!r} must end in .json, as a certificate does, got {suffix!r}"
+            f"output {str(path)!r} must end in .json, as a certificate does, got {suffix!r}",
+            value=suffix,
+            path=str(path),
         )
 
 

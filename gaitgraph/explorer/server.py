@@ -19,9 +19,9 @@ from urllib.parse import quote
 from gaitgraph import __version__
 from gaitgraph.errors import (
     GaitgraphError,
-    InputError,
     needs_extra,
     shown,
+    wrong,
 )
 from gaitgraph.explorer.map_query import SHADINGS, map_answer
 from gaitgraph.explorer.queries import diagram_answer, plan_answer
@@ -330,9 +330,8 @@ class Server:
             self._socket.listen(128)
         except OSError as error:
             self.close()
-            raise InputError(
-                f"port must be a free port, or 0 for any, got {port}: {error.strerror}",
-                field="port",
+            raise wrong(
+                "port", "must be a free port, or 0 for any", port, f": {error.strerror}"
             ) from error
         port = int(self._socket.getsockname()[1])
         self.address = f"http://{ADDRESS}:{port}/{token}/"  # with the token

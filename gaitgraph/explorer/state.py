@@ -12,9 +12,8 @@ from typing import Any
 from gaitgraph.angles import number_of
 from gaitgraph.errors import (
     GaitgraphError,
-    InputError,
     check_fields,
-    shown,
+    wrong,
 )
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES
@@ -100,9 +99,7 @@ def state_of(content: Any) -> State:
     for name in ("divisions", "accuracy", "period", "samples", "eta"):
         allowed = RANGES[name]
         if not allowed.contains(values[name]):
-            raise InputError(
-                f"{name} must be {allowed.allowed}, got {shown(values[name])}"
-            )
+            raise wrong(name, f"must be {allowed.allowed}", values[name])
     samples, eta = values.pop("samples"), float(values.pop("eta"))
     request = PlanRequest(**values | {"vehicle": vehicle})
     return State(request=request, samples=samples, eta=eta)
@@ -119,9 +116,9 @@ def _check_counts(values: dict[str, Any]) -> None:
 
 def _check_count(name: str, value: object, most: int) -> None:
     if not isinstance(value, list):
-        raise InputError(f"{name} must be a list, got {shown(value)}")
+        raise wrong(name, "must be a list", value)
     if len(value) > most:
-        raise InputError(f"{name} must have at most {most} entries, got {len(value)}")
+        raise wrong(name, f"must have at most {most} entries", len(value))
 
 
 def vehicle_of(stated: object, drag_ratio: object = None) -> Vehicle:
@@ -131,9 +128,10 @@ def vehicle_of(stated: object, drag_ratio: object = None) -> Vehicle:
         return vehicle
     allowed = RANGES["drag_ratio"]
     if not allowed.contains(drag_ratio):
-        raise InputError(
-            f"drag_ratio must be {allowed.allowed}, or null for the preset, got {shown(drag_ratio)}",
-            field="drag_ratio",
+        raise wrong(
+            "drag_ratio",
+            f"must be {allowed.allowed}, or null for the preset",
+            drag_ratio,
         )
     name = f"{vehicle.name}, changed"
     return vehicle.replace(name=name, drag_ratio=drag_ratio)

@@ -20,6 +20,7 @@ from gaitgraph.errors import (
     checked_choice,
     needs_extra,
     reworded,
+    wrong,
 )
 from gaitgraph.explorer.queries import (
     CURVES,
@@ -112,8 +113,8 @@ def _judged_table(name: str, content: bytes) -> tuple[Table, Report]:
     """Return the table that the bytes of a file hold, and its report."""
     form = read_format(name, "table")
     if form.folder:
-        raise InputError(
-            f"table must be a single file, got {name!r}: a {form.name} is a folder"
+        raise wrong(
+            "table", "must be a single file", name, f": a {form.name} is a folder"
         )
     try:
         table = read_table(BytesIO(content), format=form.suffix)

@@ -26,7 +26,7 @@ from gaitgraph.angles import (
     whole_number,
 )
 from gaitgraph.arrays import freeze_arrays, read_only, read_only_mapping
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import wrong
 from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import (
     OUTCOMES,
@@ -256,10 +256,7 @@ def basins_of(
     check_repeats(timed)
     biases = checked_factors("bias", bias)
     if not biases or len(set(biases)) < len(biases):
-        raise InputError(
-            f"bias must be different numbers in (0, 1], got {shown(biases)}",
-            field="bias",
-        )
+        raise wrong("bias", "must be different numbers in (0, 1]", biases)
     gaits = [
         timed if factor == 1.0 else biased_timed_gait(timed, factor)
         for factor in biases
@@ -268,10 +265,7 @@ def basins_of(
     whole_number("begins", begins, 1, _MOST_FLIGHTS)
     flights = len(biases) * int(begins) * int(resolution) ** 2
     if flights > _MOST_FLIGHTS:
-        raise InputError(
-            f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}",
-            field="resolution",
-        )
+        raise wrong("resolution", f"must make at most {_MOST_FLIGHTS} flights", flights)
     starts = timed.period * np.arange(begins) / begins
     settings = _settings_for(timed, checked_settings(settings))
     timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
@@ -293,9 +287,11 @@ def _grid_angles(resolution: int, extent: float | str) -> FloatArray:
     whole_number("resolution", resolution, 1, _MOST_FLIGHTS)
     span = angle_from_text(extent, "extent")
     if not 0 < span < HALF_PI:
-        raise InputError(
-            f"extent must be an angle above 0 and below pi/2, got {shown(extent)}{in_degrees(extent)}",
-            field="extent",
+        raise wrong(
+            "extent",
+            "must be an angle above 0 and below pi/2",
+            extent,
+            in_degrees(extent),
         )
     steps = 2.0 * np.arange(resolution) - (resolution - 1)
     return np.asarray(span * steps / max(resolution - 1, 1))
@@ -304,18 +300,13 @@ def _grid_angles(resolution: int, extent: float | str) -> FloatArray:
 def _settings_for(timed: TimedGait, settings: FlightSettings) -> FlightSettings:
     """Return the settings of the flights of a basin, with a duration; InputError if they do not suit one."""
     if settings.reference != "attitude":
-        raise InputError(
-            f"reference must be attitude for a basin, got {settings.reference!r}",
-            field="reference",
-        )
+        raise wrong("reference", "must be attitude for a basin", settings.reference)
     if settings.duration is None:
         duration = max(settings.seconds, timed.period + _AFTER)
         return replace(settings, duration=duration)
     if settings.duration < timed.period:
         wanted = f"at least the gait's period, {timed.period:g} s"
-        raise InputError(
-            f"duration must be {wanted}, got {settings.duration} s", field="duration"
-        )
+        raise wrong("duration", f"must be {wanted}", settings.duration, " s")
     return settings
 
 

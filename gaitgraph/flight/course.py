@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitgraph.errors import Infeasible, InputError, shown
+from gaitgraph.errors import Infeasible, wrong
 from gaitgraph.planning.missions import mission
 from gaitgraph.timing.joining import Course
 from gaitgraph.timing.laws import LAWS
@@ -27,10 +27,7 @@ if TYPE_CHECKING:
 def biased_timed_gait(timed: TimedGait, bias: float) -> TimedGait:
     """Return the biased gait, equations (14) and (15), with the same times; InputError if η is not allowed."""
     if timed.law not in (*LAWS, ROW_BY_ROW):
-        raise InputError(
-            f"law must be one of {', '.join(LAWS)} for a bias, got {shown(timed.law)}",
-            field="law",
-        )
+        raise wrong("law", f"must be one of {', '.join(LAWS)} for a bias", timed.law)
     return timed.with_gait(timed.gait.biased(bias))
 
 

@@ -18,7 +18,7 @@ from gaitgraph.angles import (
     whole_number,
 )
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.errors import InputError, check_fields, checked_choice, shown
+from gaitgraph.errors import InputError, check_fields, checked_choice, wrong
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.pictured import Pictured
@@ -134,18 +134,16 @@ class FlightSettings(Record):
             if "range" in one.metadata and not is_default:
                 low, high, unit = one.metadata["range"]
                 if not low <= number_of(value) <= high:
-                    raise InputError(
-                        f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}",
-                        field=one.name,
+                    raise wrong(
+                        one.name,
+                        f"must be between {low:g} and {high:g} ({unit})",
+                        value,
                     )
         checked_choice("reference", self.reference, REFERENCES)
         if self.arms is not None:
             checked_choice("arms", self.arms, get_args(Arms))
         if not isinstance(self.saturation, bool):
-            raise InputError(
-                f"saturation must be true or false, got {shown(self.saturation)}",
-                field="saturation",
-            )
+            raise wrong("saturation", "must be true or false", self.saturation)
         whole_number("seed", self.seed, 0, (1 << 64) - 1)
         self._check_wind()
         self._check_servo_errors()
@@ -155,9 +153,8 @@ class FlightSettings(Record):
     def _check_wind(self) -> None:
         wind = self.wind if isinstance(self.wind, tuple) else ()
         if len(wind) != 3 or not all(abs(number_of(part)) <= 100.0 for part in wind):
-            raise InputError(
-                f"wind must be two or three numbers from -100 to 100 (m/s), got {shown(self.wind)}",
-                field="wind",
+            raise wrong(
+                "wind", "must be two or three numbers from -100 to 100 (m/s)", self.wind
             )
 
     def _check_servo_errors(self) -> None:
@@ -167,9 +164,8 @@ class FlightSettings(Record):
             object.__setattr__(self, "servo_errors", errors)  # the record is frozen
         is_four = isinstance(errors, tuple) and len(errors) == 4
         if not is_four or not all(abs(number_of(error)) <= HALF_PI for error in errors):
-            raise InputError(
-                f"servo_errors must be four angles from -π/2 to π/2 (rad), got {shown(errors)}",
-                field="servo_errors",
+            raise wrong(
+                "servo_errors", "must be four angles from -π/2 to π/2 (rad)", errors
             )
 
     def _check_rate(self) -> None:
@@ -181,6 +177,7 @@ class FlightSettings(Record):
                 f"control_rate must be {1 / self.step:g} Hz divided by a whole number, for steps of {self.step:g} s, "
                 f"got {self.control_rate:g} Hz; with step {fitting:.9g} it fits",
                 field="control_rate",
+                value=self.control_rate,
             )
 
     @property
@@ -254,15 +251,17 @@ class FlightSettings(Record):
             stiffest = 1.95 / interval**2  # where the least damping is the largest
             wanted = f"to be stable at {self.control_rate:g} Hz"
             if stiffness >= stiffest:
-                raise InputError(
-                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² {wanted}, got {stiffness}",
-                    field=f"{loop}_stiffness",
+                raise wrong(
+                    f"{loop}_stiffness",
+                    f"must be less than {stiffest:g} 1/s² {wanted}",
+                    stiffness,
                 )
             if not least < damping < largest:
-                raise InputError(
-                    f"{loop}_damping must be between {least:g} and {largest:g} 1/s {wanted} with {loop}_stiffness "
-                    f"{stiffness}, got {damping}; or raise control_rate",
-                    field=f"{loop}_damping",
+                raise wrong(
+                    f"{loop}_damping",
+                    f"must be between {least:g} and {largest:g} 1/s {wanted} with {loop}_stiffness {stiffness}",
+                    damping,
+                    "; or raise control_rate",
                 )
         if self.reference == "attitude":
             return
@@ -279,6 +278,7 @@ class FlightSettings(Record):
                 f"position_damping must make x and y slower than roll and pitch: {kd_x} with position_stiffness "
                 f"{kp_x} is unstable at {self.control_rate:g} Hz around attitude gains of {kp} and {kd}",
                 field="position_damping",
+                value=kd_x,
             )
 
 
@@ -287,9 +287,7 @@ def checked_settings(settings: object) -> FlightSettings:
     if settings is None:
         return FlightSettings()
     if not isinstance(settings, FlightSettings):
-        raise InputError(
-            f"settings must be FlightSettings, got {shown(settings)}", field="settings"
-        )
+        raise wrong("settings", "must be FlightSettings", settings)
     return settings
 
 

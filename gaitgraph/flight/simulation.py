@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import angle_from_text, in_degrees, is_list
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, wrong
 from gaitgraph.flight.controller import (
     LEVEL,
     Command,
@@ -395,12 +395,14 @@ def _check_steps(course: Course, settings: FlightSettings) -> None:
         raise InputError(
             f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s",
             field="duration",
+            value=seconds,
         )
     if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
         least = f"{_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
         raise InputError(
             f"period must be at least {least}, got {period:g} s; a smaller step helps too",
             field="period",
+            value=period,
         )
 
 
@@ -607,7 +609,5 @@ def checked_attitude(attitude: Any) -> tuple[float, float]:
     ):
         wanted = "a roll from -pi to pi and a pitch between -pi/2 and pi/2"
         hint = next(filter(None, map(in_degrees, parts)), "")
-        raise InputError(
-            f"attitude must be {wanted}, got {shown(attitude)}{hint}", field="attitude"
-        )
+        raise wrong("attitude", f"must be {wanted}", attitude, hint)
     return angles[0], angles[1]

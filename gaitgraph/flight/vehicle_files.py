@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from gaitgraph.errors import GaitgraphError, InputError, reworded
+from gaitgraph.errors import GaitgraphError, InputError, reworded, wrong
 from gaitgraph.files import from_toml_file, text_of
 from gaitgraph.flight.engine import engine_warnings, mujoco_library
 from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
@@ -182,7 +182,7 @@ def _number(name: str, text: str) -> float:
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise InputError(f"{name} must be a finite number, got {text!r}")
+        raise wrong(name, "must be a finite number", text)
     return number
 
 
@@ -195,7 +195,7 @@ def _read_px4(text: str) -> _File:
     stated = {name: _number(name, value) for name, value in _PX4.findall(text)}
     count = int(stated.get("CA_ROTOR_COUNT", 0))
     if not 1 <= count <= 64:
-        raise InputError(f"CA_ROTOR_COUNT must be the number of rotors, got {count}")
+        raise wrong("CA_ROTOR_COUNT", "must be the number of rotors", count)
     rotors = []
     for k in range(count):
         own = f"CA_ROTOR{k}_"

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from gaitgraph import later
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
 from gaitgraph.arrays import read_only
-from gaitgraph.errors import InputError, check_kind, shown
+from gaitgraph.errors import check_kind, wrong
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
@@ -107,18 +107,17 @@ class Gait(Pictured):
         check_kind("colors", colors, list, tuple)
         names = tuple(colors)
         if corners.ndim != 2 or corners.shape[1] != 4 or not len(corners):
-            raise InputError(
-                f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}",
-                field="alpha",
+            raise wrong(
+                "alpha", "must have the shape (n, 4) with n at least 1", corners.shape
             )
         if names and len(names) != len(corners):
-            raise InputError(
-                f"colors must be one for each of the {len(corners)} corners, got {len(names)}"
+            raise wrong(
+                "colors",
+                f"must be one for each of the {len(corners)} corners",
+                len(names),
             )
         if not all(color in COLORS for color in names):
-            raise InputError(
-                f"colors must be {', '.join(map(repr, COLORS))}, got {shown(names)}"
-            )
+            raise wrong("colors", f"must be {', '.join(map(repr, COLORS))}", names)
         reach = checked_number(
             "crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)"
         )
@@ -317,8 +316,8 @@ def lift(
     """
     plane = angles_from(points, "points")
     if plane.ndim != 2 or plane.shape[1] != 2 or not len(plane):
-        raise InputError(
-            f"points must have the shape (n, 2) with n at least 1, got {plane.shape}"
+        raise wrong(
+            "points", "must have the shape (n, 2) with n at least 1", plane.shape
         )
     if isinstance(colors, Iterable) and not isinstance(colors, str):
         names = tuple(colors)
@@ -328,7 +327,7 @@ def lift(
         isinstance(name, str) and name in COLORS for name in names
     ):
         allowed = f"'red' or 'blue', one for all or for each of the {len(plane)} points"
-        raise InputError(f"colors must be {allowed}, got {shown(colors)}")
+        raise wrong("colors", f"must be {allowed}", colors)
     numbers = coefficients_of(vehicle, coefficients)
     if numbers.rotors.asymmetry is not None:
         _check_red(names)
@@ -373,9 +372,8 @@ def corner_lines(gait: Gait) -> list[str]:
 def _check_red(colors: Sequence[str]) -> None:
     """Raise InputError unless all colors are red, the only ones of a curved sheet."""
     if set(colors) != {"red"}:
-        raise InputError(
-            f"colors must be red for a vehicle that is not symmetric, got {shown(list(colors))}",
-            field="colors",
+        raise wrong(
+            "colors", "must be red for a vehicle that is not symmetric", list(colors)
         )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from gaitgraph import later
 from gaitgraph.arrays import check_unmasked
-from gaitgraph.errors import Infeasible, InputError, shown
+from gaitgraph.errors import Infeasible, wrong
 from gaitgraph.files import naming_file
 from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
 from gaitgraph.gait.table import (
@@ -237,8 +237,8 @@ def _given(
     if isinstance(gait, (Gait, later.TimedGait)):
         for option, value in (("vehicle", vehicle), ("coefficients", coefficients)):
             if value is not None:
-                raise InputError(
-                    f"{option} must be None beside a gait, which has its own, got {shown(value)}"
+                raise wrong(
+                    option, "must be None beside a gait, which has its own", value
                 )
         return GivenGait(source=gait)
     if isinstance(gait, (str, Path)) and str(gait) in PAPER_GAITS:
@@ -278,7 +278,7 @@ def _table_of(gait: GaitLike, name: str) -> Table:
     is_array = isinstance(gait, (list, tuple, np.ndarray))
     rows = np.array(gait if is_array else None, dtype=object)
     if not rows.size or rows.shape[1:] != (4,):
-        raise InputError(f"{name} must be {_FORMS}, got {shown(gait)}", field=name)
+        raise wrong(name, f"must be {_FORMS}", gait)
     return later.table_from_frame(dict(zip(ANGLES, rows.T.tolist(), strict=True)))
 
 

@@ -24,7 +24,7 @@ import numpy.typing as npt
 from gaitgraph import __version__, later
 from gaitgraph.angles import angles_from, checked_number, number_of
 from gaitgraph.arrays import check_unmasked, freeze_arrays, read_only
-from gaitgraph.errors import FileWarning, InputError, check_kind, shown
+from gaitgraph.errors import FileWarning, InputError, check_kind, shown, wrong
 from gaitgraph.gait.digits import Digits
 from gaitgraph.gait.gait import points_on_sheets
 from gaitgraph.invertibility.coefficients import (
@@ -166,9 +166,7 @@ class Table(Pictured):
                 check_unmasked(values, name)
         repeats = self.about.get("repeats", True)
         if not isinstance(repeats, (bool, np.bool_)):
-            raise InputError(
-                f"repeats must be true or false, got {shown(repeats)}", field="repeats"
-            )
+            raise wrong("repeats", "must be true or false", repeats)
         freeze_arrays(self)
 
     def __repr__(self) -> str:
@@ -211,17 +209,16 @@ class Table(Pictured):
         """The limits that the table was made for: rate, acceleration, jerk [rad/s, …], four values of each; else none."""
         stated = self.about.get("limits", {})
         if not isinstance(stated, dict):
-            raise InputError(
-                f"limits must be an object of numbers, got {shown(stated)}",
-                field="limits",
-            )
+            raise wrong("limits", "must be an object of numbers", stated)
         found: dict[str, Each] = {}
         for kind in RATE_UNITS.keys() & stated.keys():
             values = stated[kind]
             each = tuple(values) if isinstance(values, list) else (values,) * 4
             if len(each) != 4 or not all(number_of(one) >= 0 for one in each):
-                raise InputError(
-                    f"limits of {kind} must be one or four numbers ≥ 0, got {shown(values)}",
+                raise wrong(
+                    f"limits of {kind}",
+                    "must be one or four numbers ≥ 0",
+                    values,
                     field="limits",
                 )
             found[kind] = each
@@ -360,7 +357,7 @@ def about_from_text(text: object, *, required: bool = False) -> dict[str, Any]:
 def checked_about(content: object) -> dict[str, Any]:
     """Return the provenance of a table; InputError unless it is plain JSON values, nested up to 100 levels."""
     if not isinstance(content, dict):
-        raise InputError(f"about must be an object, got {shown(content)}")
+        raise wrong("about", "must be an object", content)
     level: list[Any] = [content]
     for _ in range(_DEEPEST):
         deeper: list[Any] = []
@@ -375,9 +372,7 @@ def checked_about(content: object) -> dict[str, Any]:
     try:
         json.dumps(content, allow_nan=False)
     except (TypeError, ValueError) as error:
-        raise InputError(
-            f"about must hold finite numbers and texts, got {shown(content)}"
-        ) from error
+        raise wrong("about", "must hold finite numbers and texts", content) from error
     return content
 
 
@@ -460,9 +455,10 @@ def is_closed(alpha: FloatArray) -> bool:
 def check_periods(table: Table, periods: int) -> None:
     """Raise InputError for several periods of a table that does not end where it starts, or is a path."""
     if periods > 1 and not table.returns:
-        raise InputError(
-            f"periods must be 1 for a table that does not end where it starts, got {periods}",
-            field="periods",
+        raise wrong(
+            "periods",
+            "must be 1 for a table that does not end where it starts",
+            periods,
         )
 
 

@@ -54,6 +54,7 @@ from gaitgraph.errors import (
     check_kind,
     checked_choice,
     shown,
+    wrong,
 )
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.edges import allowed_pairs, edge_attributes
@@ -206,8 +207,8 @@ def metadata_of(graph: nx.Graph[Any]) -> dict[str, Any]:
     8
     """
     if not isinstance(getattr(graph, "graph", None), dict):
-        raise InputError(
-            f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}"
+        raise wrong(
+            "graph", "must be a networkx graph, as surface_graph returns", graph
         )
     text = graph.graph.get("name")
     try:
@@ -248,7 +249,9 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
 
     if type(graph) is not nx.Graph:
         raise ContractError(
-            f"graph must be a networkx.Graph, got {type(graph).__name__}"
+            f"graph must be a networkx.Graph, got {type(graph).__name__}",
+            field="graph",
+            value=graph,
         )
     metadata = metadata_of(graph)
     off_grid = {

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, is_list, number_of, whole_number
-from gaitgraph.errors import Advice, InputError, shown
+from gaitgraph.errors import Advice, of_field, wrong
 from gaitgraph.invertibility.matrices import noise_of
 from gaitgraph.surface.sheets import root_arrays, text_from_types
 from gaitgraph.tolerances import SAME_ANGLE
@@ -150,14 +150,14 @@ def grid_axis(divisions: int = DEFAULT_DIVISIONS) -> FloatArray:
 def checked_divisions(divisions: object) -> int:
     """Return a number of divisions, or raise InputError."""
     if number_of(divisions) > MOST_DIVISIONS:
-        raise InputError(
-            f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, got {shown(divisions)}",
-            field="divisions",
+        raise wrong(
+            "divisions",
+            f"must be a whole number from 2 to {MOST_DIVISIONS}",
+            divisions,
             advice=Advice(
                 "plan_loop(method='exact') needs no grid",
                 "plan --method exact needs no grid",
             ),
-            value=divisions,
         )
     return whole_number("divisions", divisions, 2, MOST_DIVISIONS)
 
@@ -167,24 +167,30 @@ def checked_waypoints(
 ) -> list[tuple[float, float]]:
     """Return waypoints as pairs of angles [rad]; InputError unless `least` to `most` are given, in [−π/2, π/2]²."""
     if not is_list(value) or len(value) < least:
-        got = "none" if isinstance(value, tuple) and not value else shown(value)
-        raise InputError(
-            f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {got}",
-            field="waypoints",
+        got = "none" if isinstance(value, tuple) and not value else ""
+        raise wrong(
+            "waypoints",
+            "must be a list of one or more [alpha1, alpha2] in [−π/2, π/2]",
+            value,
+            got=got,
         )
     if len(value) > most:
-        raise InputError(
-            f"waypoints must be at most {most}, got {len(value)}", field="waypoints"
-        )
+        raise wrong("waypoints", f"must be at most {most}", len(value))
     points = []
     for number, angles in enumerate(value, start=1):
         given = len(angles) if is_list(angles) else 0
         if given != 2:
             why = "; α3 and α4 follow from the color" if given == 4 else ""
-            raise InputError(
-                f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}",
-                value=angles,
+            raise wrong(
+                f"waypoint {number}",
+                "must be [alpha1, alpha2]",
+                angles,
+                why,
+                field="waypoints",
+                row=number,
             )
-        first = angle_within(angles[0], f"waypoint {number} alpha1")
-        points.append((first, angle_within(angles[1], f"waypoint {number} alpha2")))
+        with of_field("waypoints", row=number):
+            first = angle_within(angles[0], f"waypoint {number} alpha1")
+            second = angle_within(angles[1], f"waypoint {number} alpha2")
+        points.append((first, second))
     return points

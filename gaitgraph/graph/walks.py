@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from gaitgraph.angles import checked_number
-from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.errors import checked_choice, shown, wrong
 from gaitgraph.records import Record
 from gaitgraph.tolerances import SAME_ANGLE
 
@@ -56,9 +56,8 @@ def quanta_of(length: float) -> int:
 def check_weight(weight: object) -> None:
     """Raise InputError unless a weight is None, a text or a function."""
     if not (weight is None or isinstance(weight, str) or callable(weight)):
-        raise InputError(
-            f"weight must be the name of an edge attribute or a function, got {shown(weight)}",
-            field="weight",
+        raise wrong(
+            "weight", "must be the name of an edge attribute or a function", weight
         )
 
 
@@ -78,9 +77,11 @@ def cost_function(
         if graph.size() and not any(
             name in edge for *_, edge in graph.edges(data=True)
         ):
-            raise InputError(
-                f"weight must be the name of an edge attribute, got {shown(name)}, which no edge has",
-                field="weight",
+            raise wrong(
+                "weight",
+                "must be the name of an edge attribute",
+                name,
+                ", which no edge has",
             )
         return lambda first, second, edge: _checked_cost(edge.get(name, 1))
     own = weight
@@ -88,10 +89,11 @@ def cost_function(
     def cost(first: Any, second: Any, edge: Mapping[str, Any]) -> float | None:
         there, back = own(first, second, edge), own(second, first, edge)
         if there != back:
-            raise InputError(
-                f"weight must be the same in both directions, got {shown(there)} and {shown(back)} between {first} "
-                f"and {second}",
-                field="weight",
+            raise wrong(
+                "weight",
+                "must be the same in both directions",
+                there,
+                f" and {shown(back)} between {first} and {second}",
             )
         return None if there is None else _checked_cost(there)
 
@@ -230,19 +232,11 @@ def closed_walk(
 def _check_stops(graph: nx.Graph[Any], stops: Sequence[Sequence[Any]]) -> None:
     """Raise InputError unless there are stops, each with nodes of the graph."""
     if not len(stops) or not all(map(len, stops)):
-        raise InputError(
-            f"stops must have at least one node each, got {shown(stops)}",
-            field="stops",
-            value=stops,
-        )
+        raise wrong("stops", "must have at least one node each", stops)
     for stop in stops:
         for node in stop:
             if node not in graph:
-                raise InputError(
-                    f"stops must be nodes of the graph, got {shown(node)}",
-                    field="stops",
-                    value=node,
-                )
+                raise wrong("stops", "must be nodes of the graph", node)
 
 
 def _blocked_leg(stops: Sequence[Sequence[Any]], paths: _Paths) -> int:

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.arrays import read_only
-from gaitgraph.errors import InputError, checked_choice
+from gaitgraph.errors import InputError, checked_choice, wrong
 from gaitgraph.invertibility.forms import (
     FloatArray,
     Form,
@@ -239,8 +239,8 @@ def check_symmetric(rotors: Rotors) -> None:
     """Raise InputError unless a half turn about body z maps the rotors to themselves, so that red is a plane."""
     if rotors.asymmetry is not None:
         raise InputError(
-            "vehicle must be mapped to itself by a half turn about body z, with the default axes and spins, to have planes of gaits, got "
-            f"{rotors.asymmetry}; on its curved sheet there are plans, their timing, transitions and missions",
+            "vehicle must be mapped to itself by a half turn about body z, with the default axes and spins, to have planes "
+            f"of gaits, got {rotors.asymmetry}; on its curved sheet there are plans, their timing, transitions and missions",
             field="vehicle",
         )
 
@@ -319,9 +319,10 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
             about += f", {vehicle.asymmetry}"
         elif vehicle.rotor_height:
             about += f", rotor height {vehicle.rotor_height:g} m"
-        raise InputError(
-            f"coefficients must be 'exact' for {vehicle.name!r} ({about}), got "
-            f"{kind!r}, which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})",
-            field="coefficients",
+        raise wrong(
+            "coefficients",
+            f"must be 'exact' for {vehicle.name!r} ({about})",
+            kind,
+            f", which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})",
         )
     return Coefficients(kind, rotors_of(vehicle))

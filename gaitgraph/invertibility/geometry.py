@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, angles_from
 from gaitgraph.arrays import check_unmasked, read_only
-from gaitgraph.errors import InputError, check_fields, shown
+from gaitgraph.errors import InputError, check_fields, wrong
 from gaitgraph.invertibility.forms import FloatArray, rotors_of
 from gaitgraph.invertibility.segment_bounds import (
     Least,
@@ -100,7 +100,7 @@ class Geometry:
             largest = math.inf if field == "tilt_range" else 1e3
             if values.shape != shape or not (np.abs(values) <= largest).all():
                 rule = f"must be numbers within ±1000 of shape {shape}, a row for each rotor"
-                raise InputError(f"{field} {rule}, got {shown(getattr(self, field))}")
+                raise wrong(field, rule, getattr(self, field))
             if field.endswith("axis"):
                 size = np.linalg.norm(values, axis=1, keepdims=True)
                 values = values / np.where(size > 0, size, 1.0)
@@ -109,14 +109,24 @@ class Geometry:
             zip(self.thrust_axis, self.tilt_range, strict=True), start=1
         ):
             if not axis.any():
-                raise InputError(f"thrust_axis of rotor {number} must not be zero")
-            if not low < high:
                 raise InputError(
-                    f"tilt_range of rotor {number} must be two increasing angles, got {low:g}, {high:g}"
+                    f"thrust_axis of rotor {number} must not be zero",
+                    field="thrust_axis",
+                    row=number,
+                )
+            if not low < high:
+                raise wrong(
+                    f"tilt_range of rotor {number}",
+                    "must be two increasing angles",
+                    (low, high),
+                    got=f"{low:g}, {high:g}",
+                    field="tilt_range",
+                    row=number,
                 )
         if not self.length > 1e-6:
             raise InputError(
-                "position must have a rotor at least 1e-6 m away from body z, got none"
+                "position must have a rotor at least 1e-6 m away from body z, got none",
+                field="position",
             )
 
     @classmethod
@@ -159,8 +169,10 @@ class Geometry:
         """Return the body force per thrust, dimensionless, shape (..., 3, N)."""
         angles = angles_from(alpha, "alpha")[..., None]
         if angles.shape[-2:-1] != self.moment_ratio.shape:
-            raise InputError(
-                f"alpha must have shape (..., {len(self.position)}), got {angles.shape[:-1]}"
+            raise wrong(
+                "alpha",
+                f"must have shape (..., {len(self.position)})",
+                angles.shape[:-1],
             )
         still, cosine, sine = self._parts()
         return np.swapaxes(
@@ -326,9 +338,7 @@ def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:
     check_fields("geometry", stated, ["name", "rotor"])
     rotors = stated.get("rotor")
     if not isinstance(rotors, list) or not rotors:
-        raise InputError(
-            f"rotor must be a list of tables, one for each rotor, got {shown(rotors)}"
-        )
+        raise wrong("rotor", "must be a list of tables, one for each rotor", rotors)
     tables = []
     for number, rotor in enumerate(rotors, start=1):
         check_fields(f"rotor {number}", rotor, list(_ROTOR))

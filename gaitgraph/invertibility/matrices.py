@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
-from gaitgraph.errors import InputError
+from gaitgraph.errors import wrong
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
@@ -37,10 +37,7 @@ def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
     """Return tilt angles as an array of shape (..., 4), or raise InputError."""
     angles: FloatArray = angles_from(alpha, "alpha")
     if angles.ndim == 0 or angles.shape[-1] != 4:
-        raise InputError(
-            f"alpha must be an array of shape (..., 4), got shape {angles.shape}",
-            field="alpha",
-        )
+        raise wrong("alpha", "must be an array of shape (..., 4)", angles.shape)
     return angles
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
-from gaitgraph.errors import InputError
+from gaitgraph.errors import wrong
 from gaitgraph.invertibility.forms import (
     Bends,
     FloatArray,
@@ -103,16 +103,14 @@ def checked_segments(
     for name, points in (("starts", starts), ("ends", ends)):
         angles = angles_from(points, name)
         if angles.ndim != 2 or angles.shape[1] != count or not len(angles):
-            raise InputError(
-                f"{name} must have the shape (m, {count}) with m at least 1, got {angles.shape}",
-                field=name,
+            raise wrong(
+                name,
+                f"must have the shape (m, {count}) with m at least 1",
+                angles.shape,
             )
         both.append(angles)
     if len(both[0]) != len(both[1]):
-        raise InputError(
-            f"ends must be as many as starts, {len(both[0])}, got {len(both[1])}",
-            field="ends",
-        )
+        raise wrong("ends", f"must be as many as starts, {len(both[0])}", len(both[1]))
     return both[0], both[1]
 
 

@@ -27,7 +27,7 @@ from gaitgraph.angles import (
     in_degrees,
     number_of,
 )
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import wrong
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
@@ -333,9 +333,8 @@ def checked_tilt(tilt: object) -> float:
     """Return a tilt in [0, π/2) [rad], or raise InputError."""
     number = angle_from_text(tilt, "tilt") if isinstance(tilt, str) else number_of(tilt)
     if not 0 <= number < HALF_PI:
-        raise InputError(
-            f"tilt must be at least 0 and less than π/2 rad, got {shown(tilt)}{in_degrees(tilt)}",
-            field="tilt",
+        raise wrong(
+            "tilt", "must be at least 0 and less than π/2 rad", tilt, in_degrees(tilt)
         )
     return number
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph import __version__
-from gaitgraph.errors import GaitgraphError, InputError, shown
+from gaitgraph.errors import GaitgraphError, InputError, shown, wrong
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
@@ -170,8 +170,8 @@ def write_mat(table: Table, path: Path) -> None:
 
     for name in table.columns:
         if not _NAME.fullmatch(name):
-            raise InputError(
-                f"column must be up to 63 letters, digits and _ in a .mat file, got {shown(name)}"
+            raise wrong(
+                "column", "must be up to 63 letters, digits and _ in a .mat file", name
             )
     arrays = {name: np.asarray(values) for name, values in table.columns.items()}
     for group, names in _GROUPS.items():

@@ -24,7 +24,7 @@ from gaitgraph.angles import (
     number_of,
 )
 from gaitgraph.arrays import check_unmasked
-from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
+from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown, wrong
 from gaitgraph.gait.digits import FLOAT_32, Digits, digits_of
 from gaitgraph.gait.given import is_frame
 from gaitgraph.gait.table import (
@@ -84,9 +84,7 @@ def named_columns(names: Sequence[str], columns: Iterable[Any]) -> dict[str, Any
     """Return columns by their names; InputError if two have the same."""
     for name, count in Counter(names).most_common(1):
         if count > 1:
-            raise InputError(
-                f"columns must have different names, got {name!r} {count} times"
-            )
+            raise wrong("columns", "must have different names", name, f" {count} times")
     return dict(zip(names, columns, strict=True))
 
 
@@ -188,7 +186,8 @@ def _check_names(names: list[str], wanted: Wanted) -> str:
         if name not in known:
             there = f"; other columns are {others}" if others else ""
             raise InputError(
-                f"column {name!r} is missing; columns must be {columns}{there}"
+                f"column {name!r} is missing; columns must be {columns}{there}",
+                field=name,
             )
     return others
 
@@ -202,7 +201,8 @@ def _check_one_name_each(names: Sequence[str], wanted: Wanted) -> None:
             meant = wanted.other_names.get(name, name)
             if meant in first:
                 raise InputError(
-                    f"columns must have {first[meant]!r} or {name!r}, got both"
+                    f"columns must have {first[meant]!r} or {name!r}, got both",
+                    field=name,
                 )
             first[meant] = name
 
@@ -236,12 +236,11 @@ def _equally_long(raw: Mapping[str, Any], wanted: Wanted) -> dict[str, Any]:
     columns = {name: column_of(name, raw[name]) for name in names}
     lengths = {len(one) for one in columns.values() if not isinstance(one, str)} or {0}
     if len(lengths) > 1:
-        raise InputError(
-            f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}"
-        )
+        got = f"{min(lengths)} to {max(lengths)}"
+        raise wrong("columns", "must have equally many rows", lengths, got=got)
     (rows,) = lengths
     if not rows:
-        raise InputError("it must have at least one row, got none")
+        raise wrong("it", "must have at least one row", 0, got="none", field="columns")
     return {
         name: [values] * rows if isinstance(values, str) else values
         for name, values in columns.items()
@@ -274,11 +273,13 @@ def _check_sizes(columns: Mapping[str, Any], wanted: Wanted) -> None:
             if in_degrees(columns[name][k]):
                 hint = f"; in degrees the column is {name}_deg"
         value = float(columns[name][k])
-        raise InputError(
-            f"row {k + 1}: {name} must be within {limit}, got {value!r}{hint}",
+        raise wrong(
+            f"row {k + 1}: {name}",
+            f"must be within {limit}",
+            value,
+            hint,
             field=name,
             row=k + 1,
-            value=value,
         )
 
 
@@ -350,10 +351,10 @@ def column_of(name: str, given: Any) -> Any:
         if given is values or values.ndim:
             got = f"{values.dtype} of shape {values.shape}"
         else:
-            got = shown(given)
+            got = ""
     except (TypeError, ValueError):
-        got = shown(given)
-    raise InputError(f"{name} must be a column of numbers or of texts, got {got}")
+        got = ""
+    raise wrong(name, "must be a column of numbers or of texts", given, got=got)
 
 
 def _numbers(name: str, values: Any, *, angle_texts: bool = False) -> FloatArray:
@@ -431,15 +432,13 @@ def _texts(name: str, values: Any) -> tuple[str, ...]:
                 types_from_text(text)
             elif text not in COLORS:
                 value = values[texts.index(text)]
-                got = "no value" if value is None else shown(value)
-                raise InputError(
-                    f"color must be one of {', '.join(map(repr, COLORS))}, got {got}",
-                    field="color",
-                )
+                got = "no value" if value is None else ""
+                colors = ", ".join(map(repr, COLORS))
+                raise wrong("color", f"must be one of {colors}", value, got=got)
         except InputError as error:
             row = texts.index(text) + 1
             raise InputError(
-                f"row {row}: {error}", field=name, row=row, value=text
+                f"row {row}: {error}", field=name, row=row, value=error.value
             ) from error
     return tuple(texts)
 
@@ -459,8 +458,10 @@ def table_from_frame(frame: Frame) -> Table:
     (2, ['alpha1', 'alpha2', 'color'])
     """
     if not is_frame(frame):
-        raise InputError(
-            f"frame must be a frame of pandas or polars, or a mapping of columns, got {shown(frame)}"
+        raise wrong(
+            "frame",
+            "must be a frame of pandas or polars, or a mapping of columns",
+            frame,
         )
     if hasattr(type(frame), "collect"):
         raise InputError(
@@ -501,9 +502,7 @@ def _about_of_attributes(stated: object) -> dict[str, Any]:
     try:
         return about_from_text(json.dumps(stated, allow_nan=False))
     except (RecursionError, TypeError, ValueError) as error:
-        raise InputError(
-            f"attrs must be as gaitgraph left them, got {shown(stated)}"
-        ) from error
+        raise wrong("attrs", "must be as gaitgraph left them", stated) from error
 
 
 def about_of_column(texts: Iterable[object]) -> dict[str, Any] | None:

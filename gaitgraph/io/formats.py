@@ -154,13 +154,14 @@ _HINTS_ON_WRITING = {
 
 def known_format(path: str | Path, what: str) -> Format:
     """Return the format of a file to write, by its suffix; InputError, which calls it `what`, for another suffix."""
-    suffix = path_of(path, what).suffix.lower()
+    file = path_of(path, what)
+    suffix = file.suffix.lower()
     if suffix in FORMATS:
         return FORMATS[suffix]
     known = [*FORMATS]
     if suffix not in FILMS:
         known += FILMS
-    raise _unknown(suffix, repr(str(path)), what, known, _HINTS_ON_WRITING)
+    raise _unknown(file, repr(str(path)), what, known, _HINTS_ON_WRITING)
 
 
 def read_format(path: str | Path, what: str, also: Sequence[str] = ()) -> Format:
@@ -178,15 +179,18 @@ def read_format(path: str | Path, what: str, also: Sequence[str] = ()) -> Format
         got += ", a folder without a .mcap file"
     if suffix in known:
         return FORMATS[suffix]
-    raise _unknown(suffix, got, what, [*known, *also], _HINTS_ON_READING)
+    raise _unknown(file, got, what, [*known, *also], _HINTS_ON_READING)
 
 
 def _unknown(
-    suffix: str, got: str, what: str, known: list[str], hints: dict[str, str]
+    file: Path, got: str, what: str, known: list[str], hints: dict[str, str]
 ) -> InputError:
+    suffix = file.suffix.lower()
     hint = hints.get(suffix) or did_you_mean(suffix, known)
     return InputError(
-        f"{what} must have one of the suffixes {', '.join(known)}, got {got}{hint}"
+        f"{what} must have one of the suffixes {', '.join(known)}, got {got}{hint}",
+        value=suffix,
+        path=str(file),
     )
 
 
@@ -302,7 +306,8 @@ def _table_in(
         if name in table:
             other = f"use another name than {', '.join(map(repr, form.own))}"
             raise InputError(
-                f"column {name!r}: a {form.suffix} file has something else there; {other}"
+                f"column {name!r}: a {form.suffix} file has something else there; {other}",
+                field=name,
             )
     return table
 
@@ -315,7 +320,9 @@ def check_outputs(
     whole_number("periods", periods, 1, _MOST_PERIODS)
     if periods > 1 and all(form.module is c_header for form in known):
         raise InputError(
-            f"periods needs a table, .mcap or .yaml as output, got {periods} without one"
+            f"periods needs a table, .mcap or .yaml as output, got {periods} without one",
+            field="periods",
+            value=periods,
         )
     formats = dict(zip(map(Path, paths), known, strict=True))
     folders = {path for path, form in formats.items() if form.folder}

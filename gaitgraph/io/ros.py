@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, shown, wrong
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
@@ -60,13 +60,17 @@ _SHORTEST_STEP = 2
 def check_rows(table: Table, most: int, what: str) -> None:
     """Raise InputError unless a table has times, four angles, and at most so many rows."""
     if len(table) > most:
-        raise InputError(
-            f"rows must be at most {most} in {what}, got {len(table)}: use fewer samples, or a lower rate"
+        raise wrong(
+            "rows",
+            f"must be at most {most} in {what}",
+            len(table),
+            ": use fewer samples, or a lower rate",
         )
     for name in ("t", "alpha3"):
         if name not in table:
             raise InputError(
-                f"column {name!r} is missing; {what} needs a table with times and four angles"
+                f"column {name!r} is missing; {what} needs a table with times and four angles",
+                field=name,
             )
 
 
@@ -81,12 +85,19 @@ def points_of(
     check_periods(table, periods)
     rows = len(table)
     if (rows - 1) * periods + 1 > _MOST_POINTS:
-        got = f"{periods} periods of {rows} rows: use fewer periods or samples"
-        raise InputError(f"points must be at most {_MOST_POINTS}, got {got}")
+        raise wrong(
+            "points",
+            f"must be at most {_MOST_POINTS}",
+            rows * periods,
+            got=f"{periods} periods of {rows} rows: use fewer periods or samples",
+        )
     seconds = table["t"] - table["t"][0]
     if seconds[-1] * periods > _LAST_SECOND:
-        raise InputError(
-            f"time must be at most {_LAST_SECOND} s in all, got {periods} periods of {seconds[-1]:g} s"
+        raise wrong(
+            "time",
+            f"must be at most {_LAST_SECOND} s in all",
+            periods,
+            f" periods of {seconds[-1]:g} s",
         )
     once = np.rint(seconds * _NANOSECONDS).astype(np.int64)
     times = np.concatenate(
@@ -335,8 +346,8 @@ def _recorded(
         ]
     there = sorted({f"{one.topic} ({one.msgtype})" for one in bag.connections})
     listed = ", ".join(there[:8]) + (" …" if len(there) > 8 else "") or "none"
-    raise InputError(
-        f"topics must have messages of {TRAJECTORY} or {STATE}, got {listed}"
+    raise wrong(
+        "topics", f"must have messages of {TRAJECTORY} or {STATE}", there, got=listed
     )
 
 
@@ -345,7 +356,7 @@ def _columns(
 ) -> dict[str, Any]:
     """Return columns in the order of the rotors, with time from 0, of rows as :func:`_recorded` returns them."""
     if len(set(names)) < len(names):
-        raise InputError(f"joints must have names that differ, got {shown(names)}")
+        raise wrong("joints", "must have names that differ", names)
     order = list(range(len(ANGLES)))
     for known in (chosen.get("joint_names"), list(ANGLES)):
         if (
@@ -357,9 +368,7 @@ def _columns(
             break
     else:
         if len(names) != len(ANGLES):
-            raise InputError(
-                f"joints must be four, or alpha1 to alpha4 among them, got {shown(names)}"
-            )
+            raise wrong("joints", "must be four, or alpha1 to alpha4 among them", names)
     times, *groups = zip(*rows, strict=True)
     found: dict[str, Any] = {
         "t": np.array([(time - times[0]) / _NANOSECONDS for time in times])

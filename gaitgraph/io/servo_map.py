@@ -19,7 +19,14 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.arrays import check_unmasked
-from gaitgraph.errors import InputError, check_fields, check_kind, did_you_mean, shown
+from gaitgraph.errors import (
+    InputError,
+    check_fields,
+    check_kind,
+    did_you_mean,
+    shown,
+    wrong,
+)
 from gaitgraph.files import from_toml_file
 from gaitgraph.gait.digits import Digits, digits_of
 from gaitgraph.gait.table import (
@@ -311,8 +318,12 @@ class ServoMap(Record):
             ("columns", (*self.columns, *TEXTS)),
         ):
             if len(set(names)) < len(names):
-                raise InputError(
-                    f"servos: {what} must all differ, got {', '.join(map(str, names))}"
+                raise wrong(
+                    f"servos: {what}",
+                    "must all differ",
+                    names,
+                    got=", ".join(map(str, names)),
+                    field="joints",
                 )
         must("joints", len(self.joints) == len(ANGLES), "four, one on each rotor")
 
@@ -380,8 +391,13 @@ class ServoMap(Record):
                 for name, (_, _, meant) in PRESETS.items()
                 if meant.get("first_rotor_spin") == spin
             )
-            raise InputError(
-                f"{who} must have rotor 1 {self.first_rotor_spin}, got {spin}; presets for it are {fit}"
+            raise wrong(
+                who,
+                f"must have rotor 1 {self.first_rotor_spin}",
+                spin,
+                f"; presets for it are {fit}",
+                got=spin,
+                field="servos",
             )
         meant = self.first_arm_angle
         if (
@@ -390,9 +406,9 @@ class ServoMap(Record):
             and abs(math.remainder(turned - meant, math.tau)) > math.pi / 4
         ):
             wanted = f"within 45° of {math.degrees(meant):.6g}°, or at 0°"
-            raise InputError(
-                f"{who} must have its first arm {wanted}, got {math.degrees(turned):.6g}°"
-            )
+            got = f"{math.degrees(turned):.6g}°"
+            rule = f"must have its first arm {wanted}"
+            raise wrong(who, rule, turned, got=got, field="servos")
 
     def check_columns(self, names: list[str]) -> None:
         """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
@@ -405,7 +421,8 @@ class ServoMap(Record):
                 ]
                 there = near[0] if near else f"; there are {shown(', '.join(names))}"
                 raise InputError(
-                    f"servos {self.name!r}: column {name!r} is missing{there}"
+                    f"servos {self.name!r}: column {name!r} is missing{there}",
+                    field=name,
                 )
 
     def as_mapping(self) -> dict[str, Any]:
@@ -456,15 +473,13 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
     preset = stated.get("preset", "paper")
     if not isinstance(preset, str) or preset not in PRESETS:
         allowed = f"a preset ({', '.join(PRESETS)}) or a .toml file"
-        raise InputError(
-            f"servos must be {allowed}, got {shown(preset)}{did_you_mean(preset, list(PRESETS))}"
+        raise wrong(
+            "servos", f"must be {allowed}", preset, did_you_mean(preset, list(PRESETS))
         )
     stem, rotors, meant_for = PRESETS[preset]
     own = stated.get("joint", [{}] * 4)
     if not isinstance(own, (list, tuple)) or len(own) != 4:
-        raise InputError(
-            f"joint must be four tables [[joint]], one on each rotor, got {shown(own)}"
-        )
+        raise wrong("joint", "must be four tables [[joint]], one on each rotor", own)
     joints = []
     for number, (rotor, one) in enumerate(zip(rotors, own, strict=True), start=1):
         check_fields(f"joint {number}", one, _JOINT_FIELDS)
@@ -509,9 +524,8 @@ def _must(
     record: Joint | ServoMap, who: str, name: str, holds: object, allowed: str
 ) -> None:
     if not holds:
-        raise InputError(
-            f"{who}: {name} must be {allowed}, got {shown(getattr(record, name))}"
-        )
+        value = getattr(record, name)
+        raise wrong(f"{who}: {name}", f"must be {allowed}", value, field=name)
 
 
 def _is_name(value: object) -> bool:

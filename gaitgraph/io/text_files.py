@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, shown, wrong
 from gaitgraph.files import text_of, value_from_json
 from gaitgraph.gait.table import (
     ANGLES,
@@ -142,7 +142,7 @@ def read_json(path: Path) -> RawTable:
         raise InputError("it holds a request, which is planned first")
     columns = content.get("columns", content)
     if not isinstance(columns, dict):
-        raise InputError(f"columns must be an object of lists, got {shown(columns)}")
+        raise wrong("columns", "must be an object of lists", columns)
     about = checked_about(content.get("about", {}))
     return RawTable(columns=columns, about=about, angle_texts=True)
 
@@ -164,13 +164,9 @@ def _columns_of_plan(content: dict[str, Any]) -> RawTable:
     path, colors = content["path"], content.get("colors", [])
     is_path = isinstance(path, list) and bool(path)
     if not is_path or any(not isinstance(row, list) or len(row) != 4 for row in path):
-        raise InputError(
-            f"path must be a list of [alpha1, alpha2, alpha3, alpha4], got {shown(path)}"
-        )
+        raise wrong("path", "must be a list of [alpha1, alpha2, alpha3, alpha4]", path)
     if not isinstance(colors, list):
-        raise InputError(
-            f"colors must be a list of 'red' and 'blue', got {shown(colors)}"
-        )
+        raise wrong("colors", "must be a list of 'red' and 'blue'", colors)
     columns: dict[str, Any] = dict(zip(ANGLES, zip(*path, strict=True), strict=True))
     if colors:
         columns["color"] = colors

@@ -29,7 +29,7 @@ from gaitgraph.angles import (
     whole_number,
 )
 from gaitgraph.arrays import freeze_arrays, read_only
-from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
+from gaitgraph.errors import Infeasible, checked_choice, wrong
 from gaitgraph.graph.nodes import checked_waypoints
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.error_margins import closest_servo_margin
@@ -327,10 +327,7 @@ def optimal_gait(
     checked_choice("objective", objective, OBJECTIVES)
     checked_choice("sign", sign, ("auto", "positive", "negative"))
     if not 0 < number_of(concession) <= 0.5:
-        raise InputError(
-            f"concession must be above 0 and at most 0.5, got {shown(concession)}",
-            field="concession",
-        )
+        raise wrong("concession", "must be above 0 and at most 0.5", concession)
     vehicle = vehicle_named(vehicle)
     floor = checked_number("floor", floor)
     checked_clock(period, "smooth")
@@ -383,9 +380,10 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     points = checked_waypoints(waypoints, _MOST_WAYPOINTS)
     each = radius if is_list(radius) else [radius] * len(points)
     if len(each) != len(points):
-        raise InputError(
-            f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}",
-            field="radius",
+        raise wrong(
+            "radius",
+            f"must be one for all waypoints or one for each of {len(points)}",
+            len(each),
         )
     radii = np.array([angle_within(value, "radius", least=0.0) for value in each])
     groups = groups_of_repeats(points)

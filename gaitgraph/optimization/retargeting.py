@@ -23,7 +23,7 @@ from shapely.affinity import translate
 
 from gaitgraph.angles import angle_within, checked_number, number_of
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.errors import Advice, Infeasible, InputError, shown
+from gaitgraph.errors import Advice, Infeasible, wrong
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.given import gait_of, given_gait
 from gaitgraph.gait.table import (
@@ -297,9 +297,7 @@ def retarget(
     floor = checked_number("floor", floor)
     margin = angle_within(margin, "margin", least=0.0)
     if keep is not None and not 0 < number_of(keep) <= 1:
-        raise InputError(
-            f"keep must be above 0 and at most 1, got {shown(keep)}", field="keep"
-        )
+        raise wrong("keep", "must be above 0 and at most 1", keep)
     table = _given_table(source)
     chosen, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
@@ -518,7 +516,7 @@ def _given_table(source: GaitLike) -> Table:
         table = _table_from(given.gait)
     warn_of_ends(table, given.file)
     if len(table) > MOST_ROWS:
-        raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
+        raise wrong("gait", f"must have at most {MOST_ROWS} rows", len(table))
     return table
 
 

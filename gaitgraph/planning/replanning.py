@@ -15,7 +15,7 @@ import shapely
 
 from gaitgraph.angles import angles_from, checked_number
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
+from gaitgraph.errors import Infeasible, checked_choice, wrong
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.nodes import checked_waypoints
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
@@ -158,9 +158,10 @@ class Replanner:
         for name in ("max_tilt_acceleration", "max_tilt_jerk"):
             limit = getattr(self.vehicle, name)
             if limit is not None:
-                raise InputError(
-                    f"vehicle must state no {name}, since corners are passed at speed, got {shown(limit)}",
-                    field="vehicle",
+                raise wrong(
+                    "vehicle",
+                    f"must state no {name}, since corners are passed at speed",
+                    limit,
                 )
         self.floor = checked_number("floor", floor)
         self._most_rates = _most_rates(self.vehicle, rate)
@@ -295,7 +296,5 @@ def _four_angles(alpha: npt.ArrayLike) -> Sequence[float]:
     """Return tilt angles; InputError unless they are four within ±π."""
     tilts = angles_from(alpha, "alpha")
     if tilts.shape != (4,) or not (np.abs(tilts) <= math.pi).all():
-        raise InputError(
-            f"alpha must be four finite tilt angles within ±π rad, got {shown(alpha)}"
-        )
+        raise wrong("alpha", "must be four finite tilt angles within ±π rad", alpha)
     return [float(tilt) for tilt in tilts]

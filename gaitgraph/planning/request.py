@@ -20,7 +20,13 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from gaitgraph.angles import checked_number
-from gaitgraph.errors import InputError, check_fields, checked_choice, of_field, shown
+from gaitgraph.errors import (
+    InputError,
+    check_fields,
+    checked_choice,
+    shown,
+    wrong,
+)
 from gaitgraph.files import naming_file, table_from_toml, text_of
 from gaitgraph.gait.gait import PAPER_GAITS
 from gaitgraph.gait.given import gait_of
@@ -120,10 +126,8 @@ class PlanRequest(Record):
 
     def __post_init__(self) -> None:
         checked_clock(self.period, self.law)
-        with of_field("vehicle"):
-            vehicle = vehicle_named(self.vehicle)
-        with of_field("waypoints"):
-            points = checked_waypoints(self.waypoints, least=0)
+        vehicle = vehicle_named(self.vehicle)
+        points = checked_waypoints(self.waypoints, least=0)
         groups = groups_of_repeats(points)
         zones = Zones(keep_out=self.keep_out, keep_in=self.keep_in)
         checked = {
@@ -144,11 +148,7 @@ class PlanRequest(Record):
         for name in ("any_order", "reverse"):
             flag = getattr(self, name)
             if not isinstance(flag, bool):
-                raise InputError(
-                    f"{name} must be true or false, got {shown(flag)}",
-                    field=name,
-                    value=flag,
-                )
+                raise wrong(name, "must be true or false", flag)
         check_weight(self.weight)
         if self.weight is not None and self.method != "grid":
             raise InputError(
@@ -208,10 +208,10 @@ def _check_curved(request: PlanRequest) -> None:
     }
     for name, only in choices.items():
         if getattr(request, name) != only:
-            raise InputError(
-                f"{name} must be {only!r} for a vehicle that is not symmetric, got {getattr(request, name)!r}",
-                field=name,
-                value=getattr(request, name),
+            raise wrong(
+                name,
+                f"must be {only!r} for a vehicle that is not symmetric",
+                getattr(request, name),
             )
 
 
@@ -299,7 +299,7 @@ def read_request(
     try:
         return request_from_mapping({**content, **overrides})
     except InputError as error:
-        if error.field in overrides:
+        if error.field is not None and error.field.partition(".")[0] in overrides:
             raise  # it is not the file that is wrong
         with naming_file(path, _kind_of_file(path)):
             raise

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gaitgraph.angles import HALF_PI, checked_number, number_of
-from gaitgraph.errors import Infeasible, InputError, shown
+from gaitgraph.errors import Infeasible, InputError, wrong
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_CHECKS, RATE_UNITS, Table
@@ -303,10 +303,7 @@ def transition(
             field="end",
         )
     if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
-        raise InputError(
-            f"duration must be between 1e-6 and 5e8 s, got {shown(duration)}",
-            field="duration",
-        )
+        raise wrong("duration", "must be between 1e-6 and 5e8 s", duration)
     floor = checked_number("floor", floor)
     answer = Transition(
         there_and_back=None,
@@ -464,10 +461,7 @@ def _checked_samples(
     count = checked_clock(duration, law, samples=samples, rate=rate)
     if count > MOST_SAMPLES // 2:
         name, value = ("samples", samples) if rate is None else ("rate", rate)
-        raise InputError(
-            f"{name} must give at most {MOST_SAMPLES // 2} samples, got {shown(value)}",
-            field=name,
-        )
+        raise wrong(name, f"must give at most {MOST_SAMPLES // 2} samples", value)
     return count
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from gaitgraph.angles import HALF_PI, text_from_angle
-from gaitgraph.errors import InputError, needs_extra, shown
+from gaitgraph.errors import InputError, needs_extra, shown, wrong
 from gaitgraph.files import check_new_files, write_whole
 
 if TYPE_CHECKING:
@@ -110,9 +110,7 @@ def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) 
     from matplotlib.axes import Axes
 
     if not isinstance(ax, Axes) or ax.name == "3d":
-        raise InputError(
-            f"ax must be None or two-dimensional axes of matplotlib, got {shown(ax)}"
-        )
+        raise wrong("ax", "must be None or two-dimensional axes of matplotlib", ax)
     return ax
 
 

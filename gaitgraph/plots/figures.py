@@ -313,7 +313,9 @@ def write_figures(
     ]
     if gait is not None and "set" not in asked:
         raise InputError(
-            f"gait has an effect on the figure set only, and only selects {', '.join(asked)}"
+            f"gait has an effect on the figure set only, and only selects {', '.join(asked)}",
+            field="gait",
+            value=gait,
         )
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from gaitgraph.errors import InputError, checked_choice
+from gaitgraph.errors import InputError, checked_choice, wrong
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.flight.basins import Basin, table_of_basins
 from gaitgraph.flight.flight import TABLES
@@ -72,7 +72,7 @@ def plot_flight(
         axes = _panel_axes(names, pyplot=True)
     axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != len(names):
-        raise InputError(f"axes must be {len(names)}, one a panel, got {len(axes)}")
+        raise wrong("axes", f"must be {len(names)}, one a panel", len(axes))
     end = flight.settings.seconds_of(flight.course)
     if flight.failed:  # show a little beyond the stop
         end = min(end, max(1.25 * flight.flown, flight.flown + 0.02))

@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI, checked_number, percent, whole_number
-from gaitgraph.errors import InputError, check_kind, shown as shown_value
+from gaitgraph.errors import InputError, check_kind, shown as shown_value, wrong
 from gaitgraph.flight.flight import Flight
 from gaitgraph.gait.gait import Gait, name_of
 from gaitgraph.gait.given import given_gait
@@ -92,9 +92,7 @@ def gait_loop(
         or angles[0] == angles[1]
         or any(angle not in (1, 2, 3, 4) for angle in angles)
     ):
-        raise InputError(
-            f"angles must be two different ones of 1 to 4, got {shown_value(angles)}"
-        )
+        raise wrong("angles", "must be two different ones of 1 to 4", angles)
     checked_number("width", width)
     gait = given_gait(gait).gait
     fresh = ax is None

@@ -13,7 +13,7 @@ import numpy as np
 
 from gaitgraph.angles import angles_from, checked_number
 from gaitgraph.arrays import freeze_arrays, read_only
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import wrong
 from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
 from gaitgraph.plots.axes import ROTOR_COLORS, axes_or_new, draw_arrow, draw_label
 from gaitgraph.vehicle import PAPER, VehicleLike, vehicle_named
@@ -65,10 +65,7 @@ def screen_axes(view: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
     """Return the directions right and up on the screen of a viewer at an azimuth and an elevation [rad]."""
     angles = angles_from(view, "view")
     if angles.shape != (2,):
-        raise InputError(
-            f"view must be an azimuth and an elevation (rad), got {shown(view)}",
-            field="view",
-        )
+        raise wrong("view", "must be an azimuth and an elevation (rad)", view)
     azimuth, elevation = angles.tolist()
     right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
     viewer = np.array([math.cos(azimuth), math.sin(azimuth), 0.0]) * math.cos(elevation)
@@ -97,9 +94,7 @@ def vehicle_view(
     """
     angles = angles_from(alpha, "alpha")
     if angles.shape != (4,):
-        raise InputError(
-            f"alpha must be four angles in radians, got {shown(alpha)}", field="alpha"
-        )
+        raise wrong("alpha", "must be four angles in radians", alpha)
     vehicle = vehicle_named(vehicle)
     turned = np.eye(3)
     if attitude is not None:
@@ -140,10 +135,7 @@ def _numbers(name: str, values: npt.ArrayLike, *shapes: tuple[int, ...]) -> Floa
     except (TypeError, ValueError):
         numbers = np.full(1, np.nan)
     if numbers.shape not in shapes or not np.isfinite(numbers).all():
-        raise InputError(
-            f"{name} must be finite numbers of shape {shapes[0]}, got {shown(values)}",
-            field=name,
-        )
+        raise wrong(name, f"must be finite numbers of shape {shapes[0]}", values)
     return numbers
 
 

@@ -23,7 +23,7 @@ import shapely
 
 from gaitgraph.angles import HALF_PI, angle_within, angles_from, checked_number
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import wrong
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
@@ -112,9 +112,7 @@ def singular_curve(
     coefficients = coefficients_of(vehicle, coefficients)
     angles = angles_from(alpha, "alpha")
     if angles.shape != (4,):
-        raise InputError(
-            f"alpha must be four tilt angles (rad), got {shown(alpha)}", field="alpha"
-        )
+        raise wrong("alpha", "must be four tilt angles (rad)", alpha)
     rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
     normal = attitude_sensitivities(angles, coefficients)
     if singular_everywhere(angles, coefficients, angle_rounding=rounding):
@@ -182,9 +180,8 @@ def acceptable_attitudes(
     coefficients = coefficients_of(vehicle, coefficients)
     points = angles_from(alpha, "alpha")
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
-        raise InputError(
-            f"alpha must be tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}",
-            field="alpha",
+        raise wrong(
+            "alpha", "must be tilt angles of shape (n, 4), n at least 1 (rad)", alpha
         )
     checked_number("tolerance", tolerance, "a finite number above 0", above=True)
     rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)

@@ -7,7 +7,7 @@ from functools import cached_property
 from math import isfinite, isnan
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.errors import InputError, check_kind
+from gaitgraph.errors import InputError, check_kind, wrong
 from gaitgraph.gait.gait import name_of
 from gaitgraph.invertibility.segment_bounds import thrust_shares_along
 from gaitgraph.pictured import Pictured, pandas
@@ -81,9 +81,11 @@ class Comparison(Pictured):
         if not self.gaits:
             raise InputError("gaits must be one or more, got none", field="gaits")
         if len(self.names) != len(self.gaits):
-            raise InputError(
-                f"names must be one for each gait, got {len(self.names)} of {len(self.gaits)} gaits",
-                field="names",
+            raise wrong(
+                "names",
+                "must be one for each gait",
+                len(self.names),
+                f" of {len(self.gaits)} gaits",
             )
 
     @cached_property

@@ -23,6 +23,7 @@ from gaitgraph.errors import (
     check_fields,
     reworded,
     shown,
+    wrong,
 )
 from gaitgraph.files import from_toml_file, path_of
 from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
@@ -345,7 +346,7 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     check_fields("the study", content, (*fields, "sample", "anyway"))
     name, anyway = str(content.get("name", "study")), content.get("anyway", False)
     if not isinstance(anyway, bool):
-        raise InputError(f"anyway must be true or false, got {shown(anyway)}")
+        raise wrong("anyway", "must be true or false", anyway)
     count, seed = _sample_of(content.get("sample", "grid"))
     random = count is not None
     models = _entries(content, "vehicles", partial(_model_of, Path(folder), random))
@@ -401,9 +402,7 @@ def _entries(
     """Return the entries of a list, read; errors name the entry."""
     listed = content.get(key, ["paper"] if key == "vehicles" else None)
     if not isinstance(listed, list) or not listed:
-        raise InputError(
-            f"{key} must be a list with at least one entry, got {shown(listed)}"
-        )
+        raise wrong(key, "must be a list with at least one entry", listed)
     entries = []
     for number, entry in enumerate(listed, start=1):
         try:
@@ -417,9 +416,7 @@ def _entries(
 def _check_distinct(values: Sequence[Hashable], name: str) -> None:
     """Raise InputError if there are no values or one is repeated."""
     if not 0 < len(set(values)) == len(values):
-        raise InputError(
-            f"{name} must be different values, one at least, got {shown(list(values))}"
-        )
+        raise wrong(name, "must be different values, one at least", list(values))
 
 
 def _axis_of(
@@ -437,9 +434,7 @@ def _axis_of(
     check_fields(name, content, ("from", "to", "count"))
     low, high = (checked(content.get(key)) for key in ("from", "to"))
     if not (isinstance(low, float) and isinstance(high, float) and low < high):
-        raise InputError(
-            f"{name} must be a list, or a table with from below to, got {shown(content)}"
-        )
+        raise wrong(name, "must be a list, or a table with from below to", content)
     if "count" not in content and random:
         return Range(low, high)
     count = whole_number(f"{name}.count", content.get("count"), 2, MOST_CASES)
@@ -449,10 +444,7 @@ def _axis_of(
 def _period_of(value: Any) -> float:
     period = number_of(value)
     if not 1e-6 <= period <= 1e6:
-        raise InputError(
-            f"periods must be between 1e-6 and 1e6 s, got {shown(value)}",
-            field="periods",
-        )
+        raise wrong("periods", "must be between 1e-6 and 1e6 s", value)
     return period
 
 
@@ -470,8 +462,8 @@ def _model_of(folder: Path, random: bool, entry: Any, _: int) -> Model:
     if isinstance(entry, str):
         entry = {"file" if entry.lower().endswith(".toml") else "preset": entry}
     if not isinstance(entry, dict):
-        raise InputError(
-            f"it must be a preset, a .toml file or a table of constants, got {shown(entry)}"
+        raise wrong(
+            "it", "must be a preset, a .toml file or a table of constants", entry
         )
     constants = {key: value for key, value in entry.items() if not _varies(key, value)}
     stated = {key: value for key, value in entry.items() if _varies(key, value)}
@@ -494,8 +486,11 @@ def _model_of(folder: Path, random: bool, entry: Any, _: int) -> Model:
     def checked(name: str, value: Any) -> Any:
         if name != "inertia" and isinstance(value, list):
             remedy = "a vehicle with one for each arm is a .toml file"
-            raise InputError(
-                f"{name} must be a list of numbers, which vary it, got {shown(value)} in it; {remedy}"
+            raise wrong(
+                name,
+                "must be a list of numbers, which vary it",
+                value,
+                f" in it; {remedy}",
             )
         return getattr(base.replace(**{name: value}), name)
 

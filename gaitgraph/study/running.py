@@ -41,6 +41,7 @@ from gaitgraph.errors import (
     OutputExists,
     needs_extra,
     shown,
+    wrong,
 )
 from gaitgraph.files import write_whole
 from gaitgraph.flight.simulation import fly
@@ -160,10 +161,7 @@ def run_study(
     elif not isinstance(study, Study):
         study = read_study(study)
     if workers is not None and scheduler is not None:
-        raise InputError(
-            f"workers must be left out beside a scheduler, got {shown(workers)}",
-            field="workers",
-        )
+        raise wrong("workers", "must be left out beside a scheduler", workers)
     if workers is not None:
         whole_number("workers", workers, 0, _MOST_WORKERS)
     try:
@@ -251,15 +249,20 @@ def _client(workers: int | None, scheduler: str | None) -> Any:
                 f"workers did not start ({reason})",
                 advice=Advice(f"workers={advice}", f"--workers {advice}"),
             ) from error
-        raise InputError(
-            f"scheduler must be the address of a running Dask scheduler with workers, got {shown(scheduler)} ({reason})",
-            field="scheduler",
+        raise wrong(
+            "scheduler",
+            "must be the address of a running Dask scheduler with workers",
+            scheduler,
+            f" ({reason})",
         ) from error
     for other in theirs.values():
         if other != versions():
             client.close()
-            raise InputError(
-                f"workers must have {versions()}, as this process has, got {other}"
+            raise wrong(
+                "workers",
+                f"must have {versions()}, as this process has",
+                other,
+                got=f"{other}",
             )
     return client
 

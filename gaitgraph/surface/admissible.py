@@ -703,6 +703,7 @@ def checked_servo_margin(margin: Any, require: Requirement) -> float:
         raise InputError(
             f"servo_margin must be 0 with require 'valid', got {checked:.4g} rad: only what is flyable has one",
             field="servo_margin",
+            value=margin,
         )
     return checked
 

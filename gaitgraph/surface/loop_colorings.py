@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.errors import InputError, checked_choice
+from gaitgraph.errors import checked_choice, wrong
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
 from gaitgraph.records import Record
@@ -315,8 +315,8 @@ def colorings(
     """
     plane = angles_from(points, "points")
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
-        raise InputError(
-            f"points must have shape (n, 2) or (n, 4), n at least 1, got {plane.shape}"
+        raise wrong(
+            "points", "must have shape (n, 2) or (n, 4), n at least 1", plane.shape
         )
     checked_choice("sign", sign, ("auto", *sheets.SIGNS))
     a1, a2 = sheets.checked_plane_angles(plane[:, 0], plane[:, 1])

@@ -18,7 +18,7 @@ import shapely
 
 from gaitgraph.angles import HALF_PI, angle_within, angles_from, is_list
 from gaitgraph.arrays import read_only
-from gaitgraph.errors import InputError, of_field, shown
+from gaitgraph.errors import of_field, shown, wrong
 from gaitgraph.pictured import Pictured
 from gaitgraph.texts import table_lines
 from gaitgraph.tolerances import ROUND_OFF, SAME_ANGLE
@@ -274,9 +274,8 @@ def _points(points: npt.ArrayLike) -> FloatArray:
     """Return finite points, shape (m, 2)."""
     out: FloatArray = angles_from(points, "point")
     if out.ndim not in (1, 2) or out.shape[-1] != 2:
-        raise InputError(
-            f"point must be (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}",
-            value=points,
+        raise wrong(
+            "point", "must be (alpha1, alpha2) in radians, shape (m, 2)", points
         )
     return out.reshape(-1, 2)
 
@@ -376,8 +375,7 @@ class Zones:
         self, *, keep_out: Sequence[Points] = (), keep_in: Sequence[Points] = ()
     ) -> None:
         for name, value in (("keep_out", keep_out), ("keep_in", keep_in)):
-            with of_field(name):
-                polygons = checked_polygons(value, name)
+            polygons = checked_polygons(value, name)
             corners = (
                 shapely.get_coordinates(polygon)[:-1].tolist() for polygon in polygons
             )
@@ -430,19 +428,16 @@ def _united(polygons: tuple[Corners, ...], distance: float) -> BaseGeometry:
 def checked_polygons(value: Any, name: str) -> list[Polygon]:
     """Return the polygons of lists of corners [rad]; raise InputError, with its number, for one that is malformed."""
     if not is_list(value):
-        raise InputError(
-            f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}",
-            value=value,
+        raise wrong(
+            name, "must be a list of polygons, each a list of [alpha1, alpha2]", value
         )
     polygons = []
     for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
-        polygon = _checked_polygon(corners, label)
-        if name == "keep_in" and not polygon.intersects(_SQUARE):
-            raise InputError(
-                f"{label} must overlap the square of ±π/2 rad, got {shown(corners)}",
-                value=corners,
-            )
+        with of_field(name, row=number):
+            polygon = _checked_polygon(corners, label)
+            if name == "keep_in" and not polygon.intersects(_SQUARE):
+                raise wrong(label, "must overlap the square of ±π/2 rad", corners)
         polygons.append(polygon)
     return polygons
 
@@ -452,10 +447,7 @@ def _checked_polygon(corners: Any, label: str) -> Polygon:
     if not is_list(corners) or any(
         not is_list(corner) or len(corner) != 2 for corner in corners
     ):
-        raise InputError(
-            f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}",
-            value=corners,
-        )
+        raise wrong(label, "must be a list of corners [alpha1, alpha2]", corners)
     # A polygon may reach beyond the square of ±π/2; larger numbers are degrees by mistake.
     points = [
         (
@@ -468,13 +460,12 @@ def _checked_polygon(corners: Any, label: str) -> Polygon:
         points.pop()
     polygon = shapely.Polygon(points) if len(set(points)) > 2 else shapely.Polygon()
     if not polygon.convex_hull.area > _NO_AREA:
-        raise InputError(
-            f"{label} must have three or more corners that are not on a line, got {shown(corners)}",
-            value=corners,
+        raise wrong(
+            label, "must have three or more corners that are not on a line", corners
         )
     if not polygon.is_valid:
-        got = shapely.is_valid_reason(polygon)
-        raise InputError(f"{label} must not cross or touch itself, got {got}")
+        where = shapely.is_valid_reason(polygon)
+        raise wrong(label, "must not cross or touch itself", corners, got=where)
     return polygon
 
 

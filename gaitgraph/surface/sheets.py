@@ -52,7 +52,7 @@ from gaitgraph.angles import (
     wrapped,
 )
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.errors import checked_choice, wrong
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import level_of
 from gaitgraph.invertibility.matrices import (
@@ -707,9 +707,7 @@ def types_from_text(label: str) -> tuple[int, int]:
     match = _TYPES_TEXT.fullmatch(label.strip()) if isinstance(label, str) else None
     codes = (_TYPE_CODES[match[1]], _TYPE_CODES[match[2]]) if match else (1, -1)
     if codes[0] * codes[1] < 0:
-        raise InputError(
-            f"types must be one of {', '.join(PLANE_TYPES)}, got {shown(label)}"
-        )
+        raise wrong("types", f"must be one of {', '.join(PLANE_TYPES)}", label)
     return codes
 
 

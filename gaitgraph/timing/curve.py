@@ -22,7 +22,7 @@ import numpy.typing as npt
 from gaitgraph import later
 from gaitgraph.angles import angle_within
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, shown, wrong
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.given import gait_of
 from gaitgraph.surface.sheets import COLORS, sheet_angles, sheet_distances
@@ -239,15 +239,19 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     gait = gait_of(gait)
     asymmetry = gait.coefficients.rotors.asymmetry
     if asymmetry is not None:
-        raise InputError(
-            "rounding must be omitted for a vehicle that is not symmetric, since corners are not rounded along curved "
-            f"sheets, got {asymmetry}",
-            field="rounding",
+        raise wrong(
+            "rounding",
+            "must be omitted for a vehicle that is not symmetric, since corners are not rounded along curved sheets",
+            tolerance,
+            got=asymmetry,
         )
     if gait.color not in ("red", "blue"):
-        wanted = "gait must be on one sheet, red or blue"
-        raise InputError(
-            f"{wanted}, got the color {shown(gait.color)}; retarget moves it there"
+        raise wrong(
+            "gait",
+            "must be on one sheet, red or blue",
+            gait.color,
+            "; retarget moves it there",
+            got=f"the color {shown(gait.color)}",
         )
     # Between corners the curve is lifted anew: corners off the sheet would be another motion.
     distances = sheet_distances(gait.alpha, gait.coefficients)
@@ -255,7 +259,8 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     if off > DEFAULT_TOLERANCE:
         raise InputError(
             f"gait must be on its sheet, {gait.color}, to {DEFAULT_TOLERANCE:g} rad, got a corner {off:.2g} rad off; "
-            "retarget moves it there"
+            "retarget moves it there",
+            field="gait",
         )
     merged = _apart(gait.merged())
     plane = merged.alpha[:, :2]

@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitgraph.angles import angle_from_text, figure, is_list, number_of
 from gaitgraph.arrays import freeze_arrays, read_only
-from gaitgraph.errors import Advice, InputError, shown
+from gaitgraph.errors import Advice, InputError, wrong
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.records import Record
@@ -108,7 +108,7 @@ def _four_limits(kind: str, limit: Limit) -> FloatArray | None:
     allowed = (four == 0) | ((four >= 1e-9) & (four <= 1e12))
     if four.shape != (4,) or not allowed.all():
         rule = f"0, or 1e-9 to 1e12 {RATE_UNITS[kind]}, or four such numbers, or texts such as '200deg'"
-        raise InputError(f"{kind} must be {rule}, got {shown(limit)}", field=kind)
+        raise wrong(kind, f"must be {rule}", limit)
     return four
 
 

@@ -73,7 +73,7 @@ def times_from(
     except (OverflowError, TypeError, ValueError):  # the last for rows of many lengths
         times = np.array(np.nan)
     if not (np.isfinite(times) & (times >= least)).all():
-        raise InputError(f"{what}, got {shown(t)}")
+        raise InputError(f"{what}, got {shown(t)}", field="t", value=t)
     return times
 
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import is_list, number_of
 from gaitgraph.arrays import freeze_arrays, read_only
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import wrong
 from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
@@ -163,17 +163,13 @@ def servo_response(
     parts: Any = lag if is_list(lag) else [lag] * 4
     tau = np.array([number_of(part) for part in parts])
     if tau.shape != (4,) or not ((tau > 0) & (tau < math.inf)).all():
-        raise InputError(
-            f"lag must be a positive finite number of seconds, or four, got {shown(lag)}",
-            field="lag",
-        )
+        raise wrong("lag", "must be a positive finite number of seconds, or four", lag)
     wanted = _STEPS * timed.period / tau.min()
     if wanted > _MOST_STEPS or tau.max() > _LONGEST * timed.period:
         least = 1.001 * _STEPS * timed.period / _MOST_STEPS
         allowed = f"from {least:.4g} to {_LONGEST * timed.period:.4g} s"
-        raise InputError(
-            f"lag must be {allowed} for the period {timed.period:.4g} s, got {shown(lag)}",
-            field="lag",
+        raise wrong(
+            "lag", f"must be {allowed} for the period {timed.period:.4g} s", lag
         )
     count = 1 << math.ceil(math.log2(max(wanted, _FEWEST)))
     h = timed.period / count

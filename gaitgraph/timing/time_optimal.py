@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import whole_number
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, wrong
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.pictured import Pictured
@@ -478,15 +478,13 @@ def _routes(
 ) -> list[_Route]:
     """Return what may be run: with rounded corners the curve, and the polyline with rests in case that is quicker."""
     if limits is not None and not isinstance(limits, Limits):
-        raise InputError(
-            f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}",
-            field="limits",
+        raise wrong(
+            "limits", "must be a Limits object, as in Limits(acceleration=60)", limits
         )
     if isinstance(path, Curve):
         if rounding is not None:
-            raise InputError(
-                f"rounding must be None for a curve, which has no corners, got {shown(rounding)}",
-                field="rounding",
+            raise wrong(
+                "rounding", "must be None for a curve, which has no corners", rounding
             )
         gait = path.polyline()
         known = limits or limits_of(gait.vehicle)

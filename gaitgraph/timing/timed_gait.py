@@ -13,7 +13,14 @@ import numpy.typing as npt
 from gaitgraph import later
 from gaitgraph.angles import number_of, whole_number
 from gaitgraph.arrays import freeze_arrays, read_only, read_only_mapping
-from gaitgraph.errors import Advice, InputError, check_kind, checked_choice, shown
+from gaitgraph.errors import (
+    Advice,
+    InputError,
+    check_kind,
+    checked_choice,
+    shown,
+    wrong,
+)
 from gaitgraph.files import naming_file, path_of
 from gaitgraph.gait.gait import Gait, setting_line
 from gaitgraph.gait.given import given_gait
@@ -105,14 +112,9 @@ class TimedGait(Pictured):
     def __post_init__(self) -> None:
         """Check the gait, the period, the law and the count of samples."""
         if not isinstance(self.gait, Gait):
-            raise InputError(
-                f"gait must be a Gait, got {shown(self.gait)}", field="gait"
-            )
+            raise wrong("gait", "must be a Gait", self.gait)
         if not 0.0 < number_of(self.period) < math.inf:
-            raise InputError(
-                f"period must be a positive number of seconds, got {shown(self.period)}",
-                field="period",
-            )
+            raise wrong("period", "must be a positive number of seconds", self.period)
         most = sys.maxsize
         if type(self) is TimedGait:  # other motions have laws and rows of their own
             checked_choice("law", self.law, LAWS)
@@ -709,22 +711,18 @@ def checked_clock(
     100
     """
     if not 1e-6 <= number_of(period) <= 1e9:
-        raise InputError(
-            f"period must be between 1e-6 and 1e9 s, got {shown(period)}",
-            field="period",
-        )
+        raise wrong("period", "must be between 1e-6 and 1e9 s", period)
     checked_choice("law", law, LAWS)
     if samples is not None and rate is not None:
         raise InputError(
-            f"samples and rate must not both be given, got {shown(samples)} and {shown(rate)}"
+            f"samples and rate must not both be given, got {shown(samples)} and {shown(rate)}",
+            field="samples",
+            value=samples,
         )
     if rate is not None:
         if not 0 < period * number_of(rate) <= MOST_SAMPLES:
             rule = f"positive and give at most {MOST_SAMPLES} samples"
-            raise InputError(
-                f"rate must be {rule}, got {shown(rate)} Hz over {shown(period)} s",
-                field="rate",
-            )
+            raise wrong("rate", f"must be {rule}", rate, f" Hz over {shown(period)} s")
         samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
     return whole_number(
         "samples", DEFAULT_SAMPLES if samples is None else samples, 1, MOST_SAMPLES

@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitgraph import later
 from gaitgraph.angles import angles_from, checked_number, figure
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, wrong
 from gaitgraph.gait.table import is_closed
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
 from gaitgraph.tolerances import DEFAULT_FLOOR
@@ -66,9 +66,8 @@ def validate_geometry(
     (True, 0.3373)
     """
     if not isinstance(geometry, Geometry):
-        raise InputError(
-            f"geometry must be a Geometry, got {shown(geometry)}; validate judges vehicles",
-            field="geometry",
+        raise wrong(
+            "geometry", "must be a Geometry", geometry, "; validate judges vehicles"
         )
     floor = checked_number("floor", floor)
     alpha, repeats = _rows_of(table, geometry)
@@ -97,7 +96,8 @@ def _rows_of(
     names = tuple(f"alpha{k + 1}" for k in np.flatnonzero(tilts))
     if not names:
         raise InputError(
-            "tilt_axis must be other than zero for at least one rotor, got none that tilts"
+            "tilt_axis must be other than zero for at least one rotor, got none that tilts",
+            field="geometry",
         )
     if isinstance(table, (str, Path)):
         rows = later.unchecked_table(table, angles=names)
@@ -106,9 +106,8 @@ def _rows_of(
         return alpha, rows.repeats
     alpha = np.atleast_2d(angles_from(table, "table"))
     if alpha.shape[1:] != tilts.shape:
-        raise InputError(
-            f"table must be angles of shape (n, {len(tilts)}), got shape {alpha.shape}"
-        )
+        rule = f"must be angles of shape (n, {len(tilts)})"
+        raise wrong("table", rule, alpha.shape)
     return alpha, True
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import wrong
 from gaitgraph.files import naming_file
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import surface_of
@@ -144,8 +144,10 @@ def validate(
         with naming_file(given.file):
             return _report_of_table(given, table, crossing_tolerance, limits)
     if crossing_tolerance is not None:
-        raise InputError(
-            f"crossing_tolerance must be None beside a gait, which has its own, got {shown(crossing_tolerance)}"
+        raise wrong(
+            "crossing_tolerance",
+            "must be None beside a gait, which has its own",
+            crossing_tolerance,
         )
     bare = given.gait
     motion = given.motion
