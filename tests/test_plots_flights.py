@@ -84,7 +84,7 @@ def test_a_plot_of_a_course_names_its_phases() -> None:
     flight = fly(course, settings=FlightSettings(control_rate=250.0))
     attitude, tilts = plot_flight(flight, panels=["attitude", "tilts"])
     phases = ["hover", "entry", "gait", "exit", "hover"]
-    assert [text.get_text() for text in attitude.texts] == phases
+    assert [text.get_text().strip() for text in attitude.texts] == phases
     assert not tilts.texts
     assert "entered from hover" in attitude.get_title()
 

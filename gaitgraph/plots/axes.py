@@ -6,7 +6,6 @@ matplotlib is imported only inside functions. :func:`paper_style` sets the style
 from __future__ import annotations
 
 import io
-import math
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -51,14 +50,14 @@ ROTOR_LOOKS: tuple[dict[str, Any], ...] = (
     {"color": ROTOR_COLORS[2], "linewidth": 1.6, "linestyle": (0, (5, 2))},
     {"color": ROTOR_COLORS[3], "linewidth": 1.6, "linestyle": (0, (1, 1.2))},
 )
-RED, BLUE, POSITIVE, NEGATIVE = (
-    PALETTE[name][0] for name in ("red", "blue", "shade-positive", "shade-negative")
-)
+RED = PALETTE["red"][0]
+BLUE = PALETTE["blue"][0]
+POSITIVE = PALETTE["shade-positive"][0]
+NEGATIVE = PALETTE["shade-negative"][0]
 GREY = "#8a8a8a"  # of singular points, and of missing data
 COLOR_OF = {"red": RED, "blue": BLUE}
 MARKER_OF = {"red": "s", "blue": "o"}
 INCH = 25.4  # mm
-_LEGEND: dict[str, Any] = {"fontsize": 7.5, "frameon": False}
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
 """The style of the figures, as a file for matplotlib.style.use."""
@@ -118,15 +117,12 @@ def angle_axis(axis: Axis, label: str, *, divisor: int = 4) -> None:
     r"""Make an axis run from −π/2 to π/2 [rad], labelled with a symbol such as ``\alpha_1``, ticks each π/divisor."""
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
-    most = divisor // 2
-    axis.set_major_locator(
-        FixedLocator([k * math.pi / divisor for k in range(-most, most + 1)])
-    )
-    axis.set_major_formatter(
-        FuncFormatter(
-            lambda angle, _: f"${text_from_angle(angle)}$".replace("π", r"\pi")
-        )
-    )
+    def text_of(angle: float, _: object) -> str:
+        return f"${text_from_angle(angle)}$".replace("π", r"\pi")
+
+    ticks = np.linspace(-HALF_PI, HALF_PI, divisor + 1).tolist()
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(FuncFormatter(text_of))
     axis.set_label_text(f"${label}$ (rad)")
     axis.axes.set(**{f"{axis.axis_name}lim": (-HALF_PI, HALF_PI)})  # type: ignore[attr-defined]
 
@@ -145,38 +141,38 @@ def plane_axes(
 
 
 def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
-    """Put a legend `over` points above axes. Marks with the same label share one entry."""
-    named: dict[str, list[Any]] = {}
-    for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
-        named.setdefault(label, []).append(handle)
-    handles = [tuple(marks) if len(marks) > 1 else marks[0] for marks in named.values()]
-    at = {
-        "loc": "lower center",
-        "bbox_to_anchor": (0.5, 1.0),
-        "borderaxespad": over / _LEGEND["fontsize"],
-    }
-    ax.legend(
-        handles,
-        list(named),
+    """Put a legend `over` points above axes."""
+    tight = {"columnspacing": 1.2, "handletextpad": 0.4}
+    _put_legend(ax, columns, "lower center", 1.0, over, **tight)
+
+
+def legend_below(ax: Any, *, columns: int = 1) -> None:
+    """Put a legend below the label of axes' x axis."""
+    _put_legend(ax, columns, "upper center", 0.0, 32.0)
+
+
+def _put_legend(
+    ax: Any, columns: int, side: str, height: float, distance: float, **spaces: float
+) -> None:
+    """Put a legend outside of axes, with one entry for each label, if anything there has a label."""
+    handles, labels = ax.get_legend_handles_labels()
+    entries = dict(zip(labels, handles, strict=True))
+    if not entries:
+        return
+    size = 7.5  # points
+    legend = ax.legend(
+        entries.values(),
+        entries.keys(),
+        loc=side,
+        bbox_to_anchor=(0.5, height),
+        borderaxespad=distance / size,
         ncols=columns,
-        columnspacing=1.2,
-        handletextpad=0.4,
-        **at,
-        **_LEGEND,
+        fontsize=size,
+        frameon=False,
+        **spaces,
     )
-    for line in ax.get_legend().get_lines():
+    for line in legend.get_lines():
         line.set_linewidth(min(line.get_linewidth(), 6.0))
-
-
-def legend_below(ax: Axes, **options: Any) -> None:
-    """Put a legend below the label of axes' x axis, if anything there has a label."""
-    at: dict[str, Any] = {
-        "loc": "upper center",
-        "bbox_to_anchor": (0.5, 0.0),
-        "borderaxespad": 32.0 / _LEGEND["fontsize"],
-    }
-    if ax.get_legend_handles_labels()[0]:
-        ax.legend(**at, **_LEGEND, **options)
 
 
 def draw_arrow(
@@ -190,19 +186,18 @@ def draw_arrow(
     **look: Any,
 ) -> Any:
     """Draw an arrow between two points; width and head size are in points."""
-    arrow = {
-        "arrowstyle": "-|>",
-        "color": color,
-        "lw": width,
-        "mutation_scale": size,
-        "shrinkA": 0,
-        "shrinkB": 0,
-    }
     return ax.annotate(
         "",
         xy=tuple(end),
         xytext=tuple(start),
-        arrowprops=arrow,
+        arrowprops={
+            "arrowstyle": "-|>",
+            "color": color,
+            "lw": width,
+            "mutation_scale": size,
+            "shrinkA": 0,
+            "shrinkB": 0,
+        },
         **({"zorder": 5.0} | look),
     )
 
@@ -237,7 +232,7 @@ def check_pictures(
 ) -> dict[Path, Any]:
     """Return the format of each file of a picture; raise before any work is done if one cannot be written."""
     kinds = {Path(path): Path(path).suffix.lower()[1:] for path in paths}
-    if not {*kinds.values()} <= {*FORMATS}:
+    if not set(kinds.values()).issubset(FORMATS):
         raise InputError(
             f"output of a picture must end in .png, .svg or .pdf, got {shown(list(map(str, paths)))}"
         )
@@ -265,11 +260,9 @@ def picture_bytes(figure: Figure, kind: Format) -> bytes:
         if engine is not None:
             engine.execute(figure)
             figure.set_layout_engine("none")
-            for (
-                ax
-            ) in figure.axes:  # its solver's last digits may differ from run to run
-                ax.set_position(
-                    np.round(ax.get_position(original=True).bounds, 9).tolist()
-                )
+            # The last digits of its solver may differ from run to run.
+            for ax in figure.axes:
+                bounds = ax.get_position(original=True).bounds
+                ax.set_position(np.round(bounds, 9).tolist())
         figure.savefig(stream, format=kind, metadata=dict.fromkeys(_STAMPS[kind]))
     return stream.getvalue()

@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
-
-import numpy as np
 
 from gaitgraph.errors import FileProblem, InputError, check_kind, checked_choice, shown
 from gaitgraph.files import check_new_files, path_of
-from gaitgraph.gait.gait import Gait, paper_gait, printed_gait
+from gaitgraph.gait.gait import Gait, name_of, paper_gait, printed_gait
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
@@ -58,7 +55,7 @@ class PaperFigure:
         return f"figure_{self.name:0>2}"
 
 
-_SMALL = (85, 74)  # of a figure in space [mm]
+_SMALL: tuple[float, float] = (85, 74)  # of a figure in space [mm]
 
 
 def _in_space(
@@ -70,18 +67,15 @@ def _in_space(
 
 def _rule(figure: Figure, of: _FigureInput) -> None:
     left, right = figure.subplots(1, 2)
-    planes.adjacency_rule("angle", ax=left).set_title(
-        r"(a) types of $\alpha_3$ or of $\alpha_4$"
-    )
-    planes.adjacency_rule("pair", ax=right).set_title(
-        r"(b) types of $(\alpha_3, \alpha_4)$"
-    )
+    planes.adjacency_rule("angle", ax=left)
+    planes.adjacency_rule("pair", ax=right)
+    left.set_title(r"(a) types of $\alpha_3$ or of $\alpha_4$")
+    right.set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
 
 
 def _types(figure: Figure, of: _FigureInput) -> Axes:
-    return planes.type_map(
-        "negative", coefficients=of.coefficients, ax=figure.add_subplot()
-    )
+    ax = figure.add_subplot()
+    return planes.type_map("negative", coefficients=of.coefficients, ax=ax)
 
 
 def _loops(figure: Figure, of: _FigureInput) -> None:
@@ -93,14 +87,10 @@ def _loops(figure: Figure, of: _FigureInput) -> None:
         (3, 10.0, ""),
     ):
         gait = paper_gait(number, of.vehicle, of.coefficients)
-        gaits.gait_loop(
-            gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax
-        )
+        label = f"Gait {number}: {gait.color}"
+        gaits.gait_loop(gait, label=label, width=width, band=True, ax=ax)
         x, y = gait.alpha[:, :2].mean(axis=0)
-        if name:
-            ax.text(
-                x, y + math.pi / 32, name, ha="center", va="center"
-            )  # between the rows of nodes
+        base.draw_label(ax, (x, y + math.pi / 32), name)  # between the rows of nodes
     base.legend_above(ax, columns=3)
 
 
@@ -110,20 +100,11 @@ def _regions(figure: Figure, of: _FigureInput) -> None:
     planes.singular_value_map(of.vehicle, ax=right)
 
 
-class _Reading(NamedTuple):
-    """A way to choose the digits of a figure: those of the angles, and those of formula (1)."""
-
-    title: str
-    gait: Gait
-    coefficients: Coefficients
-
-
 def _attitudes(figure: Figure, of: _FigureInput, *, number: int, bias: float) -> None:
     """Draw the roll–pitch diagram of a gait of the paper and its biased gait."""
     gait = paper_gait(number, of.vehicle, of.attitudes)
     title = f"Gait {number}: {of.attitudes.kind} coefficients"
-    reading = _Reading(title, gait, of.attitudes)
-    _draw_reading(figure.add_subplot(), reading, number, bias)
+    _draw_reading(figure.add_subplot(), title, gait, of.attitudes, number, bias)
 
 
 def _other_readings(
@@ -131,46 +112,48 @@ def _other_readings(
 ) -> None:
     """Draw the roll–pitch diagram of a blue gait of the paper with other digits than :func:`_attitudes`."""
     exact = coefficients_of(of.vehicle, "exact")
-    own = paper_gait(number, of.vehicle, exact)
-    readings = [_Reading("exact coefficients", own, exact)]
+    readings = {"exact coefficients": paper_gait(number, of.vehicle, exact)}
     if of.vehicle.carries_published_coefficients:
         printed = coefficients_of(of.vehicle, "printed")
         rounded = paper_gait(number, of.vehicle, printed)
-        readings += [
-            _Reading("four-digit angles, exact formula", rounded, exact),
-            _Reading(
-                "printed vertices, exact formula", printed_gait(number, exact), exact
-            ),
-        ]
-    panels = np.ravel(figure.subplots(1, len(readings)))
-    for ax, reading in zip(panels, readings, strict=True):
-        _draw_reading(ax, reading, number, bias)
+        readings["four-digit angles, exact formula"] = rounded
+        readings["printed vertices, exact formula"] = printed_gait(number, exact)
+    for place, (title, gait) in enumerate(readings.items(), start=1):
+        ax = figure.add_subplot(1, len(readings), place)
+        _draw_reading(ax, title, gait, exact, number, bias)
         base.legend_below(ax)
-        if not ax.get_subplotspec().is_first_col():
+        if place > 1:
             ax.set_ylabel("")
 
 
-def _draw_reading(ax: Axes, reading: _Reading, number: int, bias: float) -> None:
-    """Draw the diagram of one reading; all digits count as they stand."""
+def _draw_reading(
+    ax: Axes,
+    title: str,
+    gait: Gait,
+    coefficients: Coefficients,
+    number: int,
+    bias: float,
+) -> None:
+    """Draw the diagram of a gait with some digits; all digits count as they stand."""
     report = robustness_of(
-        reading.gait,
+        gait,
         bias=bias,
         tilt=0.0,
         curves=48,
-        coefficients=reading.coefficients,
+        coefficients=coefficients,
         angle_rounding=0.0,
     )
     gaits.draw_robustness(ax, report, f"Gait {number}")
     margins = []
-    for one in (report.gait, *report.sweep):
-        margin = one.tilt_margin
+    for robustness in (report.gait, report.sweep[0]):
+        margin = robustness.tilt_margin
         margins.append("none" if margin is None else f"{math.degrees(margin):.1f}°")
     own, biased = margins
-    ax.set_title(f"{reading.title}\ntilt margin {own}, biased {biased}")
+    ax.set_title(f"{title}\ntilt margin {own}, biased {biased}")
 
 
 def _figures() -> dict[str, PaperFigure]:
-    found = [  # with width and height [mm]
+    figures = [  # with width and height [mm]
         PaperFigure(
             "1", "The tilt-rotor from above, and one rotor from the tip of its arm", (170, 98),
             lambda figure, of: vehicle_figure(of.vehicle, ax=figure.add_subplot()),
@@ -187,30 +170,30 @@ def _figures() -> dict[str, PaperFigure]:
             "margins", "Servo margin of each posture of the red sheet", (100, 82),
             lambda figure, of: planes.servo_margin_map(of.vehicle, ax=figure.add_subplot()),
         ),
-        PaperFigure("set", "The set of a gait", (400, 84), lambda figure, of: gaits.draw_sheet(figure, [of.timed])),
+        PaperFigure("set", "The set of a gait", (400, 84), lambda figure, of: gaits.draw_sheet(figure, [of.timed], [name_of(of.timed.gait)])),
     ]  # fmt: skip
-    for name, (which, angle) in zip(
-        "345678", product(("first", "other", "both"), (3, 4)), strict=True
+    roots = {"first": "the first root", "other": "the other root", "both": "both roots"}
+    names = iter("345678")
+    for which, root in roots.items():
+        for angle in (3, 4):
+            drawing = partial(_in_space, planes.root_angle, angle=angle, which=which)
+            figure = PaperFigure(next(names), f"α{angle} of {root}", _SMALL, drawing)
+            figures.append(figure)
+    for name, sign, relation, which in (
+        ("9", "positive", ">", "first"),
+        ("11", "positive", ">", "other"),
+        ("13", "negative", "<", "first"),
+        ("14", "negative", "<", "other"),
     ):
-        title = (
-            f"α{angle} of {'both roots' if which == 'both' else f'the {which} root'}"
-        )
-        drawing = partial(_in_space, planes.root_angle, angle=angle, which=which)
-        found.append(PaperFigure(name, title, _SMALL, drawing))
-    signed = product(("positive", "negative"), ("first", "other"))
-    for name, (sign, which) in zip(("9", "11", "13", "14"), signed, strict=True):
-        title = f"α3 and α4 of the {which} root where R {'>' if sign == 'positive' else '<'} 0"
+        title = f"α3 and α4 of the {which} root where R {relation} 0"
         drawing = partial(_in_space, planes.signed_roots, sign=sign, which=which)
-        found.append(PaperFigure(name, title, _SMALL, drawing))
+        figures.append(PaperFigure(name, title, _SMALL, drawing))
     for name, which in (("10", "first"), ("12", "other")):
+        title = f"R of the {which} root where it is positive"
         drawing = partial(
             _in_space, planes.level_determinants, sign="positive", which=which
         )
-        found.append(
-            PaperFigure(
-                name, f"R of the {which} root where it is positive", _SMALL, drawing
-            )
-        )
+        figures.append(PaperFigure(name, title, _SMALL, drawing))
     for name, number, bias in (
         ("18", 1, 0.8),
         ("19", 2, 0.99),
@@ -222,17 +205,14 @@ def _figures() -> dict[str, PaperFigure]:
             f"Unacceptable attitudes of Gait {number} and its biased gait, η = {bias:g}"
         )
         drawing = partial(_attitudes, number=number, bias=bias)
-        found.append(PaperFigure(name, title, (85, 98), drawing))
+        figures.append(PaperFigure(name, title, (85, 98), drawing))
         if number <= 2:
-            more = partial(_other_readings, number=number, bias=bias)
-            found.append(
-                PaperFigure(
-                    f"{name}b", f"Figure {name} with other digits", (170, 84), more
-                )
-            )
-    by_name = {one.name: one for one in found}
-    names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "margins", "set")
-    return {name: by_name[name] for name in names}
+            title = f"Figure {name} with other digits"
+            drawing = partial(_other_readings, number=number, bias=bias)
+            figures.append(PaperFigure(f"{name}b", title, (170, 84), drawing))
+    by_name = {figure.name: figure for figure in figures}
+    order = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "margins", "set")
+    return {name: by_name[name] for name in order}
 
 
 FIGURES: dict[str, PaperFigure] = _figures()
@@ -254,10 +234,8 @@ def draw(
     "exact" for others. `gait` is that of the figure "set" in any form, by default Gait 3; vehicle and coefficients are
     then those of its table.
     """
-    return _drawn(
-        checked_choice("name", str(name), FIGURES),
-        _input_of(vehicle, coefficients, gait),
-    )
+    checked_choice("name", str(name), FIGURES)
+    return _drawn(str(name), _input_of(vehicle, coefficients, gait))
 
 
 def _input_of(
@@ -271,7 +249,9 @@ def _input_of(
         timed = paper_gait(3, chosen, numbers).parametrize()
     else:
         timed = timed_gait_of(gait, vehicle=vehicle, coefficients=coefficients)
-    judged = numbers if coefficients is not None else numbers.as_they_stand
+    judged = numbers
+    if coefficients is None:
+        judged = numbers.as_they_stand
     return _FigureInput(chosen, numbers, judged, timed)
 
 
@@ -280,7 +260,7 @@ def _drawn(name: str, of: _FigureInput) -> Figure:
     with base.paper_style():
         figure = base.blank_figure(*known.size)
         known.drawing(figure, of)
-        if name in map(str, range(3, 15)):
+        if known.size == _SMALL:
             figure.suptitle(known.title, fontsize=9)
     return figure
 
@@ -305,28 +285,25 @@ def write_figures(
     """
     base.require_matplotlib()
     folder = path_of(out, "out")
-    for argument, value in (("only", only or []), ("formats", formats)):
-        check_kind(argument, value, list, tuple)
-    asked = [
-        checked_choice("only", str(name), FIGURES)
-        for name in (FIGURES if only is None else only)
-    ]
-    if gait is not None and "set" not in asked:
+    check_kind("formats", formats, list, tuple)
+    names = list(FIGURES)
+    if only is not None:
+        check_kind("only", only, list, tuple)
+        asked = [checked_choice("only", str(name), FIGURES) for name in only]
+        names = [name for name in FIGURES if name in asked]
+    if gait is not None and "set" not in names:
         raise InputError(
-            f"gait has an effect on the figure set only, and only selects {', '.join(asked)}",
+            f"gait has an effect on the figure set only, and only selects {', '.join(names)}",
             field="gait",
             value=gait,
         )
-    kinds = tuple(dict.fromkeys(formats))
-    for kind in kinds or ("none",):
+    for kind in formats or ("none",):
         checked_choice("format", kind, base.FORMATS)
     of = _input_of(vehicle, coefficients, gait)
-    files = {
-        name: [folder / f"{figure.stem}.{kind}" for kind in kinds]
-        for name, figure in FIGURES.items()
-        if name in asked
-    }
-    paths = [path for targets in files.values() for path in targets]
+    targets: dict[Path, str] = {}
+    for name in names:
+        for kind in formats:
+            targets[folder / f"{FIGURES[name].stem}.{kind}"] = name
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
@@ -334,9 +311,10 @@ def write_figures(
         raise FileProblem(
             f"output must be a folder that can be written, got {shown(str(folder))}: {reason}"
         ) from error
-    check_new_files(paths, force=force)
-    for name, targets in files.items():
+    check_new_files(list(targets), force=force)
+    for name in names:
         if progress is not None:
             progress(f"drawing {FIGURES[name].stem}")
-        base.write_pictures(_drawn(name, of), targets, force=force)
-    return paths
+        paths = [path for path, drawn in targets.items() if drawn == name]
+        base.write_pictures(_drawn(name, of), paths, force=force)
+    return list(targets)

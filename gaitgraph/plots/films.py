@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from functools import partial
 from pathlib import Path
-from textwrap import wrap
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from gaitgraph.gait.gait import name_of
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.io.formats import FILMS
-from gaitgraph.plots.axes import ROTOR_COLORS, paper_style
+from gaitgraph.plots.axes import draw_four, paper_style
 from gaitgraph.plots.vehicles import (
     DEFAULT_VIEW,
     INK,
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 
     from gaitgraph.flight.flight import Flight
     from gaitgraph.gait.given import GaitLike
-    from gaitgraph.invertibility.forms import FloatArray
 
 RATE = 25  # frames a second
 _FEWEST, _MOST = 10, 1500  # frames of a film
@@ -51,7 +50,7 @@ _WIDTH, _HEIGHT = 480, 420  # px, at 100 per inch
 _PICTURE = (0.0, 112 / 420, 1.0, 272 / 420)  # axes: left, bottom, width, height
 _CHART = (52 / 480, 28 / 420, 412 / 480, 66 / 420)
 _MOST_SHARE = 2.4  # of the longest line of thrust
-_BOX: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+_GROUND = -1.8  # arm lengths
 
 
 def check_films(paths: Sequence[str | Path], *, force: bool = False) -> None:
@@ -94,14 +93,10 @@ def write_films(
         title += f" · {table.about['law']}"
     alpha = timed.at(period * np.arange(count) / count).alpha
     with paper_style():
-        figure, picture, chart = _blank_film(
-            title + _speed(period), vehicle_view(np.zeros(4), vehicle)
-        )
+        level = vehicle_view(np.zeros(4), vehicle)
+        figure, picture, chart = _blank_film(title + _speed(period), level)
         times = np.linspace(0.0, period, 161)
-        angles = np.degrees(timed.at(times).alpha.T)
-        for k, color in enumerate(ROTOR_COLORS):
-            # Opposite rotors move together on the red sheet: they differ in width.
-            chart.plot(times, angles[k], color=color, linewidth=3.6 if k < 2 else 1.3)
+        draw_four(chart, times, np.degrees(timed.at(times).alpha), "_")
         cursor = _finish_chart(chart, period, 10.0)
 
         def draw(k: int) -> list[Any]:
@@ -113,13 +108,55 @@ def write_films(
 
 
 def write_flight_film(flight: Flight, path: Path) -> None:
-    """Write a film of a flight that has rows, at a path where nothing is."""
+    """Write a film of a flight that has rows, at a path where nothing is. The viewer follows the vehicle."""
+    (arm,) = flight.vehicle.require("arm_length", purpose="a picture of flight")
+    screen = np.stack(screen_axes(DEFAULT_VIEW), axis=-1)
+    t = flight.column("t")
+    places = np.stack([flight.column(name) for name in "xyz"], axis=-1)
+    wanted = np.stack([flight.column(f"{name}_wanted") for name in "xyz"], axis=-1)
+    shares = flight.thrusts / quarter_of_weight(flight)
+    tracks = flight.settings.reference != "attitude"
     count = frames_of(flight.flown)
-    frames = [*range(count), *[count] * _PAUSE]
+    timed = flight.course.timed
+    title = f"{name_of(timed.gait)}, T = {timed.period:g} s · {start_of(flight)}"
     with paper_style():
-        film = _FlightFilm(flight, count)
-        about = provenance_text(flight.table)
-        _animate(film.figure, film.draw, frames, about, path)
+        level = vehicle_view(np.zeros(4), flight.vehicle)
+        figure, picture, chart = _blank_film(title, level, zoom=0.68)
+        for name, color, width in (("roll", INK, 1.5), ("pitch", LINE_GREY, 2.5)):
+            angles = np.degrees(flight.column(name))
+            chart.plot(t, angles, color=color, linewidth=width, label=f"body {name}")
+        cursor = _finish_chart(chart, max(flight.flown, 1e-9), 5.0)
+        chart.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.02))
+        look: dict[str, Any] = {"fontsize": 8, "linespacing": 1.5}
+        words = _write_at(figure, 16, 345, "", color=LINE_GREY, **look)
+        verdict = flight.reason or flight.verdict
+        verdict = fill(verdict, 52, max_lines=2, placeholder=" …")
+        box = {"facecolor": PALE, "edgecolor": "none", "pad": 4}
+
+        def draw(k: int) -> list[Any]:
+            row = int(np.searchsorted(t, flight.flown * k / count + 1e-12)) - 1
+            here = places[row]
+            x, y, z = here
+            words.set_text(
+                f"t = {t[row]:.2f} s{_speed(flight.flown)}\n"
+                f"x {x:z.2f} m   y {y:z.2f} m   z {z:z.2f} m\n"
+                f"thrust {shares[row].min():.2f} to {shares[row].max():.2f} × weight/4"
+            )
+            cursor.set_xdata([t[row]])
+            drawn = _draw_ground(picture, here / arm, screen)
+            right, up = ((places[: row + 1] - here) / arm @ screen).T
+            drawn += picture.plot(right, up, color=LINE_GREY, linewidth=1.1)
+            if tracks:
+                right, up = (wanted[row] - here) / arm @ screen
+                ring: dict[str, Any] = {"markerfacecolor": "white", "color": LINE_GREY}
+                drawn += picture.plot(right, up, "o", **ring)
+            drawn += draw_vehicle(picture, flight_view(flight, row))
+            if k == count:
+                drawn.append(_write_at(figure, 16, 128, verdict, bbox=box, **look))
+            return drawn
+
+        frames = [*range(count), *[count] * _PAUSE]
+        _animate(figure, draw, frames, provenance_text(flight.table), path)
 
 
 def frames_of(seconds: float) -> int:
@@ -154,21 +191,21 @@ def _blank_film(
     low, high = seen.limits
     size = np.array([_PICTURE[2] * _WIDTH, _PICTURE[3] * _HEIGHT])
     half = size * float(max((high - low) / size)) / 2 / zoom
-    (left, bottom), (right, top) = (low + high) / 2 - half, (low + high) / 2 + half
+    left, bottom = (low + high) / 2 - half
+    right, top = (low + high) / 2 + half
     picture.set(xlim=(left, right), ylim=(bottom, top))
-    _write_at(figure, 16, _HEIGHT - 19, title, fontsize=10, color=INK, va="center")
+    _write_at(figure, 16, _HEIGHT - 19, title, fontsize=10, color=INK)
     return figure, picture, figure.add_axes(_CHART)
 
 
 def _write_at(figure: Figure, x: float, y: float, text: str, **look: Any) -> Any:
     """Write a text at a place of a film [px]."""
-    return figure.text(x / _WIDTH, y / _HEIGHT, text, **look)
+    return figure.text(x / _WIDTH, y / _HEIGHT, text, va="center", **look)
 
 
 def _finish_chart(ax: Axes, end: float, step: float) -> Line2D:
     """Scale axes with curves of angles [°] over time, up to a multiple of `step`, and return the cursor."""
-    largest = max(np.abs(np.asarray(line.get_ydata())).max() for line in ax.lines)
-    most = step * max(math.ceil(largest / step - 1e-9), 1)
+    most = step * math.ceil(np.abs(ax.dataLim.intervaly).max() / step) or step
     ax.set(xlim=(0.0, end), ylim=(-most, most))
     ax.set_xticks([0.0, end], ["0", f"{end:.4g} s"])
     ax.set_yticks([-most, 0.0, most], [f"−{most:g}°", "0", f"{most:g}°"])
@@ -176,6 +213,22 @@ def _finish_chart(ax: Axes, end: float, step: float) -> Line2D:
     ax.spines[["top", "right", "bottom"]].set_visible(False)
     ax.axhline(0.0, color=PALE, linewidth=0.8, zorder=0)
     return ax.axvline(0.0, color=INK, linewidth=0.9)
+
+
+def _draw_ground(ax: Axes, here: Any, screen: Any) -> list[Any]:
+    """Draw a grid on the ground around a position in arm lengths, and the shadow of the vehicle."""
+    steps = np.arange(-12.0, 13.0)
+    level = np.full((25, 25), _GROUND)
+    x, y = np.meshgrid(steps + np.round(here[0]), steps + np.round(here[1]))
+    right, up = np.moveaxis((np.stack([x, y, level], axis=-1) - here) @ screen, -1, 0)
+    drawn = []
+    for lines in ((right, up), (right.T, up.T)):
+        drawn += ax.plot(*lines, color=PALE, linewidth=0.8, zorder=0.5)
+    around = np.linspace(0.0, math.tau, 25)
+    ring = 0.35 * np.stack([np.cos(around), np.sin(around), 0 * around], axis=-1)
+    ring[:, 2] = _GROUND - here[2]
+    right, up = (ring @ screen).T
+    return drawn + ax.fill(right, up, color=PALE, zorder=0.6)
 
 
 def _animate(
@@ -195,117 +248,34 @@ def _animate(
 
         def grab_frame(self, **options: Any) -> None:
             super().grab_frame(**options)
-            *before, frame = self._frames
-            palette = before[0] if before else None
-            self._frames[-1] = frame.quantize(palette=palette, dither=0)
+            palette = self._frames[0] if len(self._frames) > 1 else None
+            self._frames[-1] = self._frames[-1].quantize(palette=palette, dither=0)
 
         def finish(self) -> None:
-            first, *others = self._frames
-            options = {"append_images": others, "duration": 1000 // RATE, "loop": 0}
-            first.save(self.outfile, save_all=True, comment=about, **options)
+            self._frames[0].save(
+                self.outfile,
+                save_all=True,
+                append_images=self._frames[1:],
+                duration=1000 // RATE,
+                loop=0,
+                comment=about,
+            )
 
     passing: list[Any] = []
 
+    def remove() -> None:
+        while passing:
+            passing.pop().remove()
+
     def update(k: int) -> list[Any]:
-        for artist in passing:
-            artist.remove()
-        passing[:] = draw(k)
+        remove()
+        passing.extend(draw(k))
         return passing
 
     writer = FFMpegWriter if path.suffix.lower() == ".mp4" else GifWriter
     animation = FuncAnimation(figure, update, frames=frames)
     animation.save(path, writer=writer(fps=RATE, metadata={"comment": about}))
-    for artist in passing:  # another film of the same figure may follow
-        artist.remove()
-
-
-class _FlightFilm:
-    """The figure of a flight's film, and what draws its frames. The viewer follows the vehicle."""
-
-    def __init__(self, flight: Flight, count: int) -> None:
-        (self.arm,) = flight.vehicle.require(
-            "arm_length", purpose="a picture of flight"
-        )
-        self.flight, self.count = flight, count
-        self.t = flight.column("t")
-        self.place = np.stack([flight.column(name) for name in "xyz"], axis=-1)
-        self.screen = np.stack(screen_axes(DEFAULT_VIEW), axis=-1)
-        self.shares = flight.thrusts / quarter_of_weight(flight)
-        timed = flight.course.timed
-        title = f"{name_of(timed.gait)}, T = {timed.period:g} s · {start_of(flight)}"
-        seen = vehicle_view(np.zeros(4), flight.vehicle)
-        self.figure, self.picture, chart = _blank_film(title, seen, zoom=0.68)
-        for name, color, width in (("roll", INK, 1.5), ("pitch", LINE_GREY, 2.5)):
-            angle = np.degrees(flight.column(name))
-            chart.plot(
-                self.t, angle, color=color, linewidth=width, label=f"body {name}"
-            )
-        self.cursor = _finish_chart(chart, max(flight.flown, 1e-9), 5.0)
-        below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.02)}
-        chart.legend(ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2, **below)
-        look: dict[str, Any] = {"fontsize": 8, "va": "top", "linespacing": 1.5}
-        self.words = _write_at(
-            self.figure, 16, _HEIGHT - 38, "", color=LINE_GREY, bbox=_BOX, **look
-        )
-
-    def draw(self, k: int) -> list[Any]:
-        """Draw frame k of `count`; the last one has the verdict."""
-        time = self.flight.flown * k / self.count
-        row = max(int(np.searchsorted(self.t, time + 1e-12)) - 1, 0)
-        here, shares = self.place[row], self.shares[row]
-        x, y, z = np.round(here, 2) + 0.0
-        text = (
-            f"t = {self.t[row]:.2f} s{_speed(self.flight.flown)}\n"
-            f"x {x:.2f} m   y {y:.2f} m   z {z:.2f} m\n"
-            f"thrust {shares.min():.2f} to {shares.max():.2f} × weight/4"
-        )
-        self.words.set_text(text.replace("-", "−"))
-        self.cursor.set_xdata([self.t[row]])
-        drawn = self._draw_ground(here)
-        track = self._seen(self.place[: row + 1], here)
-        drawn += self.picture.plot(*track.T, color=LINE_GREY, linewidth=1.1, zorder=0.7)
-        if self.flight.settings.reference != "attitude":
-            wanted = [self.flight.column(f"{name}_wanted")[row] for name in "xyz"]
-            ring: dict[str, Any] = {
-                "markerfacecolor": "white",
-                "markeredgecolor": LINE_GREY,
-            }
-            spot = self._seen(np.array(wanted), here)
-            drawn += self.picture.plot(*spot, "o", markersize=6.0, zorder=0.8, **ring)
-        drawn += draw_vehicle(self.picture, flight_view(self.flight, row))
-        if k == self.count:
-            drawn.append(self._write_verdict())
-        return drawn
-
-    def _seen(self, points: FloatArray, here: FloatArray) -> FloatArray:
-        """Return points on the screen, in arm lengths from the vehicle."""
-        return np.asarray((points - here) / self.arm @ self.screen)
-
-    def _draw_ground(self, here: FloatArray) -> list[Any]:
-        """Draw a grid on the ground around a position, and the shadow of the vehicle."""
-        from matplotlib.ticker import MaxNLocator
-
-        level, reach = -1.8 * self.arm, 12.0 * self.arm
-        ticks = MaxNLocator(nbins=24, steps=[1, 2, 5, 10]).tick_values
-        x, y = (ticks(place - reach, place + reach) for place in here[:2])
-        crossings = np.stack(np.meshgrid(x, y, level), axis=-1)[:, :, 0]
-        right, up = np.moveaxis(self._seen(crossings, here), -1, 0)
-        look: dict[str, Any] = {"color": PALE, "linewidth": 0.8, "zorder": 0.5}
-        around = np.linspace(0.0, math.tau, 25)
-        ring = np.stack([np.cos(around), np.sin(around), 0 * around], axis=-1)
-        shadow = [here[0], here[1], level] + 0.35 * self.arm * ring
-        return [
-            *self.picture.plot(right, up, **look),
-            *self.picture.plot(right.T, up.T, **look),
-            *self.picture.fill(*self._seen(shadow, here).T, color=PALE, zorder=0.6),
-        ]
-
-    def _write_verdict(self) -> Any:
-        verdict = self.flight.reason or self.flight.verdict
-        text = "\n".join(wrap(verdict, 52, max_lines=2, placeholder=" …"))
-        look: dict[str, Any] = {"fontsize": 8, "weight": "bold", "va": "bottom"}
-        box = _BOX | {"facecolor": PALE, "pad": 4}
-        return _write_at(self.figure, 16, 118, text, color=INK, bbox=box, **look)
+    remove()  # another film of the same figure may follow
 
 
 def flight_view(flight: Flight, row: int) -> VehicleView:
@@ -324,8 +294,8 @@ def flight_view(flight: Flight, row: int) -> VehicleView:
 
 def start_of(flight: Flight) -> str:
     """Return the attitude at the start in words."""
-    roll, pitch = (f"{angle:.3g}°" for angle in np.degrees(flight.attitude))
-    return f"from roll {roll}, pitch {pitch}".replace("-", "−")
+    roll, pitch = np.degrees(flight.attitude)
+    return f"from roll {roll:.3g}°, pitch {pitch:.3g}°".replace("-", "−")
 
 
 def quarter_of_weight(flight: Flight) -> float:

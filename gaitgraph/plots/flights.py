@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from textwrap import wrap
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from textwrap import fill
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.flight.flight import Flight
-    from gaitgraph.invertibility.forms import FloatArray
 
 _WIDTH = 170.0  # of the figure [mm]
 _ENDS = 20.0  # height of its title and of the time below it [mm]
@@ -45,10 +44,10 @@ _WANTED: dict[str, Any] = {
     "linewidth": 0.8,
     "label": "asked for",
 }
-_CURVES: tuple[tuple[str, Any], ...] = (
-    (INK, "-"),
-    ("#0072b2", "-"),
-    ("#d55e00", (0, (5, 1.5))),
+_CURVES: tuple[dict[str, Any], ...] = (
+    {"color": INK},
+    {"color": "#0072b2"},
+    {"color": "#d55e00", "linestyle": (0, (5, 1.5))},
 )
 _MOST_SHARES = 8.0  # larger thrusts have a logarithmic scale
 
@@ -75,23 +74,22 @@ def plot_flight(
         raise wrong("axes", f"must be {len(names)}, one a panel", len(axes))
     end = flight.settings.seconds_of(flight.course)
     if flight.failed:  # show a little beyond the stop
-        end = min(end, max(1.25 * flight.flown, flight.flown + 0.02))
+        end = min(end, 1.25 * flight.flown + 0.02)
     for ax, name in zip(axes, names, strict=True):
         panel = _PANELS[name]
         panel.draw(base.axes_or_new(ax), flight)
-        ax.set(ylabel=panel.label, xlim=(0.0, max(end, 1e-9)))
+        ax.set(ylabel=panel.label, xlim=(0.0, end))
         ax.grid(True)
         base.legend_above(ax, columns=panel.columns)
-        if not len(flight.rows):
+        if flight.refused:
             base.draw_note(ax, "nothing flown")
-            continue
-        _mark_phases(ax, flight, named=ax is axes[0])
+        elif len(flight.course.sections) > 1:
+            _mark_phases(ax, flight, end, named=ax is axes[0])
         if flight.failed:
-            look = {"color": base.RED, "linewidth": 1.6, "zorder": 4}
-            ax.axvline(flight.flown, gid="stop", **look)
+            ax.axvline(flight.flown, gid="stop", color=base.RED, linewidth=1.6)
     axes[-1].set(xlabel="$t$ (s)")
-    lines = [*wrap(_what_was_flown(flight), 96), *wrap(flight.verdict, 96)]
-    axes[0].set_title("\n".join(lines), pad=20.0)
+    title = f"{fill(_what_was_flown(flight), 96)}\n{fill(flight.verdict, 96)}"
+    axes[0].set_title(title, pad=20.0)
     return axes
 
 
@@ -101,9 +99,10 @@ def _panel_axes(
     """Return axes of a new figure for panels, one below another."""
     heights = [_PANELS[name].height for name in names]
     figure = base.blank_figure(_WIDTH, _ENDS + sum(heights), pyplot=pyplot)
-    return figure.subplots(
+    axes = figure.subplots(
         len(names), sharex=True, squeeze=False, height_ratios=heights
-    )[:, 0]
+    )
+    return axes[:, 0]
 
 
 def _what_was_flown(flight: Flight) -> str:
@@ -124,64 +123,42 @@ def _what_was_flown(flight: Flight) -> str:
     return " · ".join([*parts, start_of(flight)]).replace("-", "−")
 
 
-def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
+def _mark_phases(ax: Axes, flight: Flight, end: float, *, named: bool) -> None:
     """Shade every other phase of a flight from hover."""
     course = flight.course
-    if len(course.sections) < 2:
-        return
-    begins = [begin for begin, _, _ in course.sections] + [course.duration]
+    begins = [begin for begin, _, _ in course.sections]
+    ends = [*begins[1:], course.duration]
     for k, phase in enumerate(course.phases):
-        begin, end = begins[k], min(begins[k + 1], ax.get_xlim()[1])
-        if begin >= end:
+        if begins[k] >= min(ends[k], end):
             continue
         if k % 2:
-            ax.axvspan(begin, end, color="0.94", linewidth=0.0, zorder=0)
+            shade: dict[str, Any] = {"color": "0.94", "linewidth": 0.0, "zorder": 0}
+            ax.axvspan(begins[k], min(ends[k], end), **shade)
         if named:
-            look: dict[str, Any] = {
-                "xycoords": ax.get_xaxis_transform(),
-                "textcoords": "offset points",
-                "color": base.GREY,
-            }
-            ax.annotate(phase, (begin, 0.0), (3, 3), **look)
+            place = ax.get_xaxis_transform()
+            ax.text(begins[k], 0.03, f" {phase}", color=base.GREY, transform=place)
 
 
 def _draw_attitude(ax: Axes, flight: Flight) -> None:
-    tracks = flight.settings.reference != "attitude"
+    t = flight.column("t")
+    if flight.settings.reference != "attitude":
+        for name in ("roll_wanted", "pitch_wanted"):
+            ax.plot(t, np.degrees(flight.column(name)), **_WANTED)
     for name, look in zip(("roll", "pitch", "yaw"), _CURVES, strict=True):
-        if tracks and name != "yaw":
-            ax.plot(
-                flight.column("t"),
-                np.degrees(flight.column(f"{name}_wanted")),
-                **_WANTED,
-            )
-        _draw_curve(ax, flight, np.degrees(flight.column(name)), name, look)
+        ax.plot(t, np.degrees(flight.column(name)), label=name, **look)
     _reach(ax, 1.0)
 
 
 def _draw_place(ax: Axes, flight: Flight) -> None:
-    tracks = flight.settings.reference != "attitude"
+    t = flight.column("t")
     for name, look in zip("xyz", _CURVES, strict=True):
-        label, width = f"${name}$, free", 0.9
-        if tracks or name == "z":
-            ax.plot(flight.column("t"), flight.column(f"{name}_wanted"), **_WANTED)
-            label, width = f"${name}$", 1.4
-        _draw_curve(ax, flight, flight.column(name), label, look, width)
+        label = f"${name}$"
+        if name != "z" and flight.settings.reference == "attitude":
+            label += ", free"
+        else:
+            ax.plot(t, flight.column(f"{name}_wanted"), **_WANTED)
+        ax.plot(t, flight.column(name), label=label, **look)
     _reach(ax, 0.01)
-
-
-def _draw_curve(
-    ax: Axes,
-    flight: Flight,
-    values: FloatArray,
-    label: str,
-    look: tuple[str, Any],
-    width: float = 1.4,
-) -> None:
-    color, dashes = look
-    values = np.array(values)
-    values[1:][np.abs(np.diff(values)) > 180.0] = np.nan  # an angle wraps there
-    line = {"color": color, "linestyle": dashes, "linewidth": width}
-    ax.plot(flight.column("t"), values, label=label, **line)
 
 
 def _reach(ax: Axes, least: float) -> None:
@@ -195,10 +172,8 @@ def _draw_thrusts(ax: Axes, flight: Flight) -> None:
     shares = flight.thrusts / quarter
     base.draw_four(ax, flight.column("t"), shares, "rotor {}")
     if settings.saturation:
-        most = settings.thrust_limit
-        if most is None:
-            most = flight.vehicle.max_thrust
         base.draw_limit(ax, 0.0, "limits")
+        most = settings.thrust_limit or flight.vehicle.max_thrust
         if most is not None:
             base.draw_limit(ax, most / quarter, "limits")
     if np.abs(shares).max(initial=0.0) > _MOST_SHARES:
@@ -211,23 +186,16 @@ def _draw_tilts(ax: Axes, flight: Flight) -> None:
 
 
 def _draw_singular_value(ax: Axes, flight: Flight) -> None:
-    column, floor = flight.column, flight.settings.floor
-    value = least_singular_value(
-        flight.alpha, flight.vehicle, column("roll"), column("pitch")
-    )
-    near = column("nearness")
-    ax.plot(
-        flight.column("t"),
-        value,
-        color=INK,
-        linewidth=1.4,
-        label="least singular value",
-    )
-    look: dict[str, Any] = {"color": base.GREY, "linewidth": 0.9, "linestyle": ":"}
-    ax.plot(flight.column("t"), near, label="the controller's lower bound", **look)
+    t, near = flight.column("t"), flight.column("nearness")
+    roll, pitch = flight.column("roll"), flight.column("pitch")
+    values = least_singular_value(flight.alpha, flight.vehicle, roll, pitch)
+    ax.plot(t, values, color=INK, label="least singular value")
+    look: dict[str, Any] = {"color": base.GREY, "linestyle": ":"}
+    ax.plot(t, near, label="the controller's lower bound", **look)
+    floor = flight.settings.floor
     if floor > 0:
         base.draw_limit(ax, floor, f"flight stops below {floor:g}")
-    lowest = 0.6 * float(np.nanmin(near, initial=floor or 1.0))
+    lowest = 0.6 * near.min(initial=floor or 1.0)
     ax.set(yscale="log", ylim=(max(lowest, 1e-10), 3.0))
 
 
@@ -262,17 +230,18 @@ def check_flight_outputs(
     known = [*TABLES, *_PLOTS]
     if of == "flight":
         known += [".mcap", *FILMS]
-    bags = [Path(path) for path in paths if str(path).lower().endswith(".mcap")]
+    bags = []
     for path in map(Path, paths):
-        suffix = checked_choice(
-            f"suffix of the {of} output {str(path)!r}", path.suffix.lower(), known
-        )
+        suffix = path.suffix.lower()
+        checked_choice(f"suffix of the {of} output {str(path)!r}", suffix, known)
         if suffix in FILMS:
             check_films([path], force=force)
         elif suffix in _PLOTS:
             base.require_matplotlib()
         else:
             FORMATS[suffix].function("write")  # MissingExtra, if that is so
+        if suffix == ".mcap":
+            bags.append(path)
     check_outputs(bags, force=force)
     check_new_files(paths, force=force, folders=bags)
 
@@ -293,16 +262,18 @@ def write_flight(
             f"output {str(paths[0])!r} cannot be written, because nothing was flown"
         )
 
-    def figure() -> Figure:
-        axes = plot_flight(flight, axes=_panel_axes(PANELS))
-        return axes[0].figure  # type: ignore[no-any-return]
-
     contents: list[tuple[Path, Any]] = []
     for path in map(Path, paths):
-        if path.suffix.lower() in FILMS:
+        suffix = path.suffix.lower()
+        if suffix in FILMS:
             contents.append((path, partial(write_flight_film, flight)))
+        elif suffix in _PLOTS:
+            with base.paper_style():
+                axes = plot_flight(flight, axes=_panel_axes(PANELS))
+                contents.append((path, _picture(axes[0].figure, suffix)))
         else:
-            contents.append((path, _content(path, figure, lambda: flight.table)))
+            write = FORMATS[suffix].function("write")
+            contents.append((path, partial(write, flight.table)))
     write_whole(contents, force=force)
 
 
@@ -311,15 +282,17 @@ def write_basins(
 ) -> None:
     """Write basins of a gait and its biased gaits: tables with a row a flight, or one picture (.png, .svg, .pdf)."""
     check_flight_outputs(paths, of="basin", force=force)
-    figure, table = partial(basins_figure, basins), partial(table_of_basins, basins)
-    contents = [(path, _content(path, figure, table)) for path in map(Path, paths)]
+    contents: list[tuple[Path, Any]] = []
+    for path in map(Path, paths):
+        suffix = path.suffix.lower()
+        if suffix in _PLOTS:
+            with base.paper_style():
+                contents.append((path, _picture(basins_figure(basins), suffix)))
+        else:
+            write = FORMATS[suffix].function("write")
+            contents.append((path, partial(write, table_of_basins(basins))))
     write_whole(contents, force=force)
 
 
-def _content(path: Path, figure: Callable[[], Figure], table: Callable[[], Any]) -> Any:
-    """Return the bytes of a picture, or the function that writes a table."""
-    suffix = path.suffix.lower()
-    if suffix not in _PLOTS:
-        return partial(FORMATS[suffix].function("write"), table())
-    with base.paper_style():
-        return base.picture_bytes(figure(), suffix[1:])  # type: ignore[arg-type]
+def _picture(figure: Figure, suffix: str) -> bytes:
+    return base.picture_bytes(figure, cast("base.Format", suffix[1:]))

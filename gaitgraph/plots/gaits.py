@@ -10,17 +10,17 @@ import math
 import re
 from functools import singledispatch
 from html import escape
-from itertools import groupby
+from itertools import groupby, permutations
 from textwrap import fill, shorten
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI, checked_number, percent, whole_number
-from gaitgraph.errors import InputError, check_kind, shown as shown_value, wrong
+from gaitgraph.errors import InputError, shown as shown_value, wrong
 from gaitgraph.flight.flight import Flight
-from gaitgraph.gait.gait import Gait, name_of
+from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, surface_of, tilt_angles
 from gaitgraph.invertibility import matrices
@@ -35,7 +35,7 @@ from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.robustness.biased import Robustness, RobustnessReport, robustness_of
 from gaitgraph.robustness.comparing import Comparison
 from gaitgraph.surface.admissible import admissible_region
-from gaitgraph.surface.region import Region, Zones
+from gaitgraph.surface.region import Region, Requirement, Zones
 from gaitgraph.surface.sheets import RELATION, red_label
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.tolerances import DEFAULT_FLOOR
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.planning.request import PlanRequest
+    from gaitgraph.surface.sheets import Color, Sign
 
     Shown = Pictured
 
@@ -62,9 +62,9 @@ _DASHES: dict[str, Any] = {
     "none": (0, (1, 1)),
 }  # "none": off the surfaces
 _PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
-_INSIDE = shapely.box(
-    *(-HALF_PI + 1e-6,) * 2, *(HALF_PI - 1e-6,) * 2
-)  # the roll–pitch square without its sides
+_SIDE = HALF_PI - 1e-6
+_INSIDE = shapely.box(-_SIDE, -_SIDE, _SIDE, _SIDE)
+"""The roll–pitch square without its sides."""
 _MOST_SHOWN = 60  # parts of a region
 _COARSE = 1e-3  # accuracy of the borders of a drawn region [rad]
 _MARKS = {"ok": ("yes", "✓"), "NO": ("no", "✗"), "??": ("partly", "?")}
@@ -86,58 +86,43 @@ def gait_loop(
     `angles` are two of 1 to 4, `label` is the text in a legend, `width` is in points. With `band` the loop is a pale
     band below all marks, for a map with labels. `ax` are axes such as those of :func:`type_map`; by default new ones.
     """
-    check_kind("angles", angles, list, tuple)
-    if (
-        len(angles) != 2
-        or angles[0] == angles[1]
-        or any(angle not in (1, 2, 3, 4) for angle in angles)
-    ):
-        raise wrong("angles", "must be two different ones of 1 to 4", angles)
+    if angles not in permutations((1, 2, 3, 4), 2):
+        raise wrong("angles", "must be a pair of different ones of 1 to 4", angles)
     checked_number("width", width)
     gait = given_gait(gait).gait
-    fresh = ax is None
+    is_new = ax is None
     ax = base.axes_or_new(ax)
-    columns = [angle - 1 for angle in angles]
+    first, second = angles
+    columns = [first - 1, second - 1]
     starts, ends = gait.alpha[:, columns], gait.ends[:, columns]
     colors = gait.colors or ("none",) * len(starts)
-    ink = [base.COLOR_OF.get(color, "black") for color in colors]
+    inks = [base.COLOR_OF.get(color, "black") for color in colors]
     if len(starts) == 1:
-        ax.plot(
-            *starts[0],
-            marker=base.MARKER_OF.get(colors[0], "D"),
-            color=ink[0],
-            linestyle="none",
-            label=label,
-        )
-    closed, k = len(set(colors)) == 1, 0
+        x, y = starts[0]
+        marker = base.MARKER_OF.get(colors[0], "D")
+        ax.plot(x, y, marker, color=inks[0], label=label)
+    begin = 0
     for color, run in groupby(colors):
-        stop = k + len(list(run))
-        look = {"color": ink[k], "linestyle": _DASHES.get(color, "-"), "zorder": 4}
+        end = begin + len(list(run))
+        points = np.concatenate([starts[begin:end], ends[end - 1 : end]])
+        look: dict[str, Any] = {"color": inks[begin], "zorder": 4}
+        look["linestyle"] = _DASHES.get(color, "-")
         if band:
-            joints = {"solid_joinstyle": "round", "solid_capstyle": "butt"}
-            look = {"color": _PALE.get(color, "0.8"), "zorder": 1.2, **joints}
-        # A loop of one color ends at its second point, so that its first corner is joined too.
-        points = np.concatenate(
-            [starts[k:stop], ends[stop - 1 : stop], ends[: int(closed)]]
-        )
-        ax.plot(*points.T, linewidth=width, label=label if k == 0 else None, **look)
-        k = stop
+            look = {"color": _PALE.get(color, "0.8"), "zorder": 1.2}
+        ax.plot(points[:, 0], points[:, 1], linewidth=width, label=label, **look)
+        label = None
+        begin = end
     steps = ends - starts
     lengths = np.linalg.norm(steps, axis=1)
-    if lengths.max() > 0:
-        # The arrow is on the first long segment, off its middle, where a grid node may be.
-        longest = int(np.argmax(lengths > 0.75 * lengths.max()))
+    longest = int(np.argmax(lengths.round(6)))
+    if lengths[longest] > 0:
+        # The arrow is off the middle, where a grid node may be.
         tail = starts[longest] + 0.36 * steps[longest]
-        base.draw_arrow(
-            ax,
-            tail,
-            tail + 0.03 * steps[longest],
-            ink[longest],
-            width=0.0,
-            size=14 if band else 6 + 4 * width,
-        )
-    if fresh:
-        base.plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
+        head = tail + 0.03 * steps[longest]
+        size = 14 if band else 6 + 4 * width
+        base.draw_arrow(ax, tail, head, inks[longest], width=0.0, size=size)
+    if is_new:
+        base.plane_axes(ax, rf"\alpha_{first}", rf"\alpha_{second}")
     return ax
 
 
@@ -185,7 +170,7 @@ def draw_robustness(ax: Axes, report: RobustnessReport, name: str) -> None:
             scaling = biased.name
         label = f"{name}, {scaling}:\n{biased.verdict}"
         draw_attitudes(ax, biased, label, base.BLUE, dash=(0, (3, 1.5)))
-    finish_diagram(ax)
+    _finish_diagram(ax)
 
 
 def draw_attitudes(
@@ -195,85 +180,58 @@ def draw_attitudes(
 
     The square is hatched if the gait is singular at every attitude.
     """
+    from shapely.plotting import patch_from_polygon
+
+    look: dict[str, Any] = {"facecolor": (color, 0.12), "linewidth": 0.0}
     if robustness.tilt_margin is None:
-        everywhere = np.asarray(_INSIDE.exterior.coords)
-        look: dict[str, Any] = {"facecolor": (color, 0.12), "edgecolor": (color, 0.5)}
-        look |= {"hatch": "xxx", "linewidth": 0.0, "gid": "singular"}
-        ax.fill(*everywhere.T, label=label, **look)
+        look |= {"hatch": "xxx", "edgecolor": (color, 0.5), "label": label}
+        ax.add_patch(patch_from_polygon(_INSIDE, gid="singular", **look))
         return
     line: dict[str, Any] = {"color": color, "linestyle": dash}
+    outline = {"facecolor": (color, 0.12), "edgecolor": color, "linestyle": dash}
+    ax.fill([], [], label=label, **outline)  # for the legend
     for _, curve in robustness.curves:
         if curve.kind == "curve":
-            thin: dict[str, Any] = {
-                "linewidth": 0.5,
-                "alpha": 0.8,
-                "gid": "singular",
-                "zorder": 2,
-            }
-            ax.plot(*curve.points().T, **line, **thin)
+            roll, pitch = curve.points().T
+            ax.plot(
+                roll, pitch, linewidth=0.5, alpha=0.8, gid="singular", zorder=2, **line
+            )
     polygon = robustness.acceptable.polygon
-    shade: Any = "none"
-    if not polygon.is_empty:
-        shade = (color, 0.12)
-        ax.fill(
-            *np.asarray(polygon.exterior.coords).T,
-            facecolor=shade,
-            linewidth=0.0,
-            gid="acceptable",
-        )
-        # The border without the sides of the square, where nothing is singular.
-        border = shapely.line_merge(polygon.exterior.intersection(_INSIDE))
-        for part in shapely.get_parts(border):
-            thick: dict[str, Any] = {"linewidth": 2.0, "gid": "border", "zorder": 3}
-            ax.plot(*np.asarray(part.coords).T, **line, **thick)
-    outline = {"edgecolor": color, "linestyle": dash, "linewidth": 1.2}
-    ax.fill([], [], facecolor=shade, label=label, **outline)  # for the legend
+    ax.add_patch(patch_from_polygon(polygon, gid="acceptable", **look))
+    # The border without the sides of the square, where nothing is singular.
+    border = shapely.line_merge(polygon.exterior.intersection(_INSIDE))
+    for part in shapely.get_parts(border):
+        roll, pitch = shapely.get_coordinates(part).T
+        ax.plot(roll, pitch, linewidth=2.0, gid="border", zorder=3, **line)
 
 
-def finish_diagram(ax: Axes) -> None:
+def _finish_diagram(ax: Axes, *, columns: int = 2) -> None:
     """Mark level flight, and label the axes with roll and pitch."""
-    ax.plot(0, 0, marker="+", markersize=6, color="black", linestyle="none", zorder=6)
+    ax.plot(0, 0, "k+", markersize=6, zorder=6)
     base.plane_axes(ax, r"\phi", r"\theta", grid=False)
     ax.set(xlabel=r"roll $\phi$ (rad)", ylabel=r"pitch $\theta$ (rad)")
-    base.legend_below(ax, ncols=2)
+    base.legend_below(ax, columns=columns)
 
 
 def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     """Draw four tilt angles over time [s]."""
     base.draw_four(ax, time, alpha, r"$\alpha_{}$")
     base.angle_axis(ax.yaxis, r"\alpha_i")
-    ax.set(
-        xlabel="$t$ (s)",
-        xlim=(float(time[0]), float(time[-1])) if time[-1] > time[0] else None,
-    )
+    ax.set(xlabel="$t$ (s)")
+    ax.margins(x=0.0)
     ax.grid(True)
 
 
 # Each outcome has its own shape, so that no color is needed; the order is that of flight.flight.OUTCOMES.
 OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
-    "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
-    "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
-    "near singular": {
-        "marker": "x",
-        "color": "black",
-        "markersize": 4.2,
-        "markeredgewidth": 1.1,
-    },
-    "sign change": {
-        "marker": "*",
-        "color": "black",
-        "markersize": 5.2,
-        "markeredgewidth": 0.0,
-    },
-    "tumbling": {"marker": "v", "color": "#cc79a7", "markersize": 4.0},
-    "upended": {"marker": "^", "color": "#56b4e9", "markersize": 4.0},
-    "refused": {"marker": "s", "color": "#8a8a8a", "markersize": 3.0},
+    "settled": {"marker": "o", "color": "#009e73"},
+    "not settled": {"marker": "D", "color": "#e69f00"},
+    "near singular": {"marker": "x", "color": "black"},
+    "sign change": {"marker": "*", "color": "black"},
+    "tumbling": {"marker": "v", "color": "#cc79a7"},
+    "upended": {"marker": "^", "color": "#56b4e9"},
+    "refused": {"marker": "s", "color": "#8a8a8a"},
 }
-_WORDS: dict[Outcome, str] = {
-    "sign change": "determinant changed sign",
-    "near singular": "stopped near singularity",
-}
-_FULL_SIZE = 17  # with more attitudes along a side, marks are smaller
 
 
 def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
@@ -285,52 +243,36 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     the order of take-off. Marks have the ``gid`` "outcome".
     """
     ax = base.axes_or_new(ax)
-    label = f"acceptable: {int(basin.inside.sum())} of {basin.inside.size} attitudes"
+    label = f"acceptable: {basin.inside.sum()} of {basin.inside.size} attitudes"
     color = base.COLOR_OF.get(basin.timed.gait.color or "", base.GREY)
-    robustness = robustness_of(basin.timed, tilt=0.0).gait
-    draw_attitudes(ax, robustness, label, color)
-    finish_diagram(ax)
-    smaller = min(1.0, _FULL_SIZE / len(basin.angles))
+    draw_attitudes(ax, robustness_of(basin.timed, tilt=0.0).gait, label, color)
+    size = 4.0 * min(1.0, 17 / len(basin.angles))
     for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
-        roll, pitch = (basin.worst == code).nonzero()
+        roll, pitch = np.nonzero(basin.worst == code)
         if len(roll):
-            drawn = look | {
-                "markersize": look["markersize"] * smaller,
-                "linestyle": "none",
-                "zorder": 4,
-            }
-            label = f"{_WORDS.get(outcome, outcome)}: {len(roll)}"
             ax.plot(
                 basin.angles[roll],
                 basin.angles[pitch],
-                label=label,
+                linestyle="none",
+                markersize=size,
+                label=f"{outcome}: {len(roll)}",
                 gid="outcome",
-                **drawn,
+                zorder=4,
+                **look,
             )
-    ax.set_title(
-        f"{name or basin.name}\n{percent(basin.fraction)} of {basin.worst.size} attitudes settled"
-    )
-    base.legend_below(ax)
+    settled = f"{percent(basin.fraction)} of {basin.worst.size} attitudes settled"
+    ax.set_title(f"{name or basin.name}\n{settled}")
+    _finish_diagram(ax, columns=1)
     return ax
 
 
 def basins_figure(basins: Sequence[Basin]) -> Figure:
     """Return a figure of basins side by side, four in a row at most."""
-    width, height, legend_line = 68.0, 73.0, 4.2  # mm
     columns = min(len(basins), 4)
-    figure = base.blank_figure(width * columns, height)
-    panels: np.ndarray[Any, Any] = figure.subplots(
-        math.ceil(len(basins) / columns), columns, squeeze=False
-    )
-    for ax, basin in zip(panels.flat, basins, strict=False):
-        basin_map(basin, ax=ax)
-    for ax in panels.flat[len(basins) :]:
-        ax.set_axis_off()
-    most = max(len(ax.get_legend().get_texts()) for ax in panels.flat[: len(basins)])
-    figure.set_size_inches(
-        width * columns / base.INCH,
-        len(panels) * (height + legend_line * most) / base.INCH,
-    )
+    rows = math.ceil(len(basins) / columns)
+    figure = base.blank_figure(68.0 * columns, 94.0 * rows)
+    for number, basin in enumerate(basins, start=1):
+        basin_map(basin, ax=figure.add_subplot(rows, columns, number))
     return figure
 
 
@@ -361,62 +303,81 @@ def _title_of(shown: Shown) -> str:
     return str(shown).partition("\n")[0].rstrip(":")
 
 
-PANELS = (
-    "loop on the map",
-    "tilt angles",
-    "hover thrusts",
-    "acceptable attitudes",
-    "least singular value",
-)
+def draw_sheet(
+    figure: Figure, gaits: Sequence[TimedGait], names: Sequence[str]
+) -> None:
+    """Draw the pictures of gaits on an empty figure, a row for each; the scales of a column are the same.
+
+    Physics is exact, and level but for attitudes.
+    """
+    axes = figure.subplots(len(gaits), len(_PANELS), squeeze=False)
+    for (title, draw), column in zip(_PANELS.items(), axes.T, strict=True):
+        for timed, name, ax in zip(gaits, names, column, strict=True):
+            ax.set_title(fill(f"{name}: {title}", 46), fontsize=9)
+            draw(ax, timed, name)
+        limits = [ax.get_ylim() for ax in column]
+        low, high = np.min(limits), np.max(limits)
+        for ax in column:
+            ax.set_ylim(low, high)
 
 
-def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
-    """Draw one of the PANELS of a timed gait over a period; physics is exact, and level but for attitudes."""
-    gait, vehicle = timed.gait, timed.gait.vehicle
-    ax.set_title(fill(f"{name}: {panel}", 46), fontsize=9)
-    if panel == "loop on the map":
-        _draw(ax, gait, legend=True)
-        return
-    if panel == "acceptable attitudes":
-        roll_pitch_diagram(gait, name=name, ax=ax)
-        return
-    t = np.linspace(0.0, timed.period, 2 * FINE)
-    alpha = timed.at(t).alpha
-    value = matrices.least_singular_value(alpha, vehicle)
-    if panel == "tilt angles":
-        draw_angles(ax, t, alpha)
-    elif panel == "least singular value":
-        line: dict[str, Any] = {"color": "black", "linewidth": 1.6}
-        ax.plot(t, value, label="least singular value, level", **line)
-        base.draw_limit(ax, DEFAULT_FLOOR, f"floor {DEFAULT_FLOOR:g}")
-        most = max(0.6, 1.1 * float(value.max()))
-        ax.set(ylabel="least singular value", ylim=(0.0, most))
-    elif value.min() > 1e-3:
+def _draw_loop(ax: Axes, timed: TimedGait, _: str) -> None:
+    _draw_gait_on_map(ax, timed.gait)
+    base.legend_below(ax, columns=2)
+
+
+def _draw_diagram(ax: Axes, timed: TimedGait, name: str) -> None:
+    roll_pitch_diagram(timed.gait, name=name, ax=ax)
+
+
+def _draw_tilts(ax: Axes, timed: TimedGait, _: str) -> None:
+    t, alpha = _over_a_period(timed)
+    draw_angles(ax, t, alpha)
+    base.legend_below(ax, columns=2)
+
+
+def _draw_thrusts(ax: Axes, timed: TimedGait, _: str) -> None:
+    t, alpha = _over_a_period(timed)
+    vehicle = timed.gait.vehicle
+    if matrices.least_singular_value(alpha, vehicle).min() > 1e-3:
         shares = matrices.hover_thrust_shares(alpha, vehicle)
         base.draw_four(ax, t, shares, "rotor {}")
         if vehicle.thrust_share:
             base.draw_limit(ax, vehicle.thrust_share, "limit")
-        ax.set(ylabel="hover thrust (m·g)", ylim=(min(0.0, ax.get_ylim()[0]), None))
+        ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     else:
         base.draw_note(ax, "singular in level flight")
-    ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
+    _finish_over_time(ax, timed, "hover thrust (m·g)")
+
+
+def _draw_singular_value(ax: Axes, timed: TimedGait, _: str) -> None:
+    t, alpha = _over_a_period(timed)
+    values = matrices.least_singular_value(alpha, timed.gait.vehicle)
+    ax.plot(t, values, "k", linewidth=1.6, label="least singular value, level")
+    base.draw_limit(ax, DEFAULT_FLOOR, f"floor {DEFAULT_FLOOR:g}")
+    ax.set_ylim(0.0, max(0.6, 1.1 * values.max()))
+    _finish_over_time(ax, timed, "least singular value")
+
+
+def _over_a_period(timed: TimedGait) -> tuple[FloatArray, FloatArray]:
+    """Return times, and the tilt angles there."""
+    t = np.linspace(0.0, timed.period, 2 * FINE)
+    return t, timed.at(t).alpha
+
+
+def _finish_over_time(ax: Axes, timed: TimedGait, label: str) -> None:
+    ax.set(xlabel="$t$ (s)", ylabel=label, xlim=(0.0, timed.period))
     ax.grid(True)
-    base.legend_below(ax, ncols=2)
+    base.legend_below(ax, columns=2)
 
 
-def draw_sheet(
-    figure: Figure, gaits: Sequence[TimedGait], names: Sequence[str] = ("",)
-) -> None:
-    """Draw the panels of gaits on an empty figure, a row for each; the scales of a column are the same."""
-    axes = figure.subplots(len(gaits), len(PANELS), squeeze=False)
-    for panel, column in zip(PANELS, axes.T, strict=True):
-        for timed, name, ax in zip(gaits, names, column, strict=True):
-            draw_panel(timed, panel, name=name or name_of(timed.gait), ax=ax)
-        for ax in column:
-            ax.set_ylim(
-                min(one.get_ylim()[0] for one in column),
-                max(one.get_ylim()[1] for one in column),
-            )
+_PANELS = {
+    "loop on the map": _draw_loop,
+    "tilt angles": _draw_tilts,
+    "hover thrusts": _draw_thrusts,
+    "acceptable attitudes": _draw_diagram,
+    "least singular value": _draw_singular_value,
+}
 
 
 def html_of(shown: Shown) -> str:
@@ -447,12 +408,13 @@ def _table_of(text: str) -> str:
             rows.append(["", *cells])
     columns = max(map(len, rows), default=0)
     table = ""
-    for *cells, last in rows:
-        span = columns - len(cells)
-        table += "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
-        table += (
-            f'<td colspan="{span}" style="text-align:left">{escape(last)}</td></tr>'
-        )
+    for cells in rows:
+        span = columns - len(cells) + 1
+        table += "<tr>"
+        for cell in cells[:-1]:
+            table += f"<td>{escape(cell)}</td>"
+        last = escape(cells[-1])
+        table += f'<td colspan="{span}" style="text-align:left">{last}</td></tr>'
     return f"<table>{table}</table>"
 
 
@@ -462,16 +424,12 @@ def _picture(shown: Shown) -> tuple[str, str]:
         with base.paper_style():
             figure = base.blank_figure(70, 62)
             words = _draw(figure.add_subplot(), shown, legend=False)
-            content = base64.b64encode(base.picture_bytes(figure, "png")).decode(
-                "ascii"
-            )
+            content = base64.b64encode(base.picture_bytes(figure, "png")).decode()
     except InputError:  # no matplotlib, or a table without rows of tilt angles
         return "", ""
     # Half as wide as its pixels, to be sharp on screens of high resolution.
-    return (
-        f'<img alt="{escape(words)}" width="276" src="data:image/png;base64,{content}">',
-        words,
-    )
+    source = f"data:image/png;base64,{content}"
+    return f'<img alt="{escape(words)}" width="276" src="{source}">', words
 
 
 def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
@@ -483,7 +441,7 @@ def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
             raise InputError(f"an answer must have a gait to be plotted, got: {title}")
     words = _drawn(shown, ax)
     if legend and isinstance(shown, (Gait, Plan)):
-        base.legend_below(ax, ncols=2)
+        base.legend_below(ax, columns=2)
     return words or title
 
 
@@ -507,23 +465,24 @@ def _(plan: Plan, ax: Axes) -> str:
     if plan.loop is not None:
         words = _draw_gait_on_map(ax, plan.loop.gait, request.zones)
     else:
-        words = _draw_map(ax, _sheet_of_request(request), request.zones)
+        color: Color = "blue" if request.color == "blue" else "red"
+        sign = None if request.sign == "auto" else request.sign
+        coefficients = coefficients_of(request.vehicle, request.coefficients)
+        words = _draw_map(ax, request.vehicle, color, sign, coefficients, request.zones)
         nearest = plan.refusals[0].moved
         for waypoint, place in zip(plan.waypoints, nearest, strict=False):
             if waypoint != place:
                 base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])
-    if not plan.waypoints:
-        return words
-    points = np.array([point[:2] for point in plan.waypoints], dtype=float)
-    ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": "black"}
-    ax.plot(*points.T, "o", label="waypoints", markersize=7, zorder=5, **ring)
+    for waypoint in plan.waypoints:
+        ring: dict[str, Any] = {"markerfacecolor": "none", "label": "waypoints"}
+        ax.plot(waypoint[0], waypoint[1], "ko", markersize=7, zorder=5, **ring)
     return f"{words}; rings: waypoints"
 
 
 @_drawn.register(TimedGait)
 def _(timed: TimedGait, ax: Axes) -> str:
     draw_angles(ax, timed.t, timed.alpha)
-    base.legend_below(ax, ncols=4)
+    base.legend_below(ax, columns=4)
     return ""
 
 
@@ -531,10 +490,12 @@ def _(timed: TimedGait, ax: Axes) -> str:
 def _(shown: Table, ax: Axes) -> str:
     table = checked_table(shown)
     alpha = tilt_angles(table, surface_of(table)[1])
-    places = table["t"] if "t" in table else np.arange(1.0, len(alpha) + 1)
-    draw_angles(ax, places, alpha)
-    ax.set_xlabel("$t$ (s)" if "t" in shown else "row")
-    base.legend_below(ax, ncols=4)
+    if "t" in table:
+        draw_angles(ax, table["t"], alpha)
+    else:
+        draw_angles(ax, np.arange(1.0, len(alpha) + 1), alpha)
+        ax.set_xlabel("row")
+    base.legend_below(ax, columns=4)
     return ""
 
 
@@ -543,7 +504,7 @@ def _(flight: Flight, ax: Axes) -> str:
     for name in ("roll", "pitch", "yaw"):
         ax.plot(flight.column("t"), np.degrees(flight.column(name)), label=name)
     ax.set(xlabel="$t$ (s)", ylabel="attitude (°)")
-    base.legend_below(ax, ncols=3)
+    base.legend_below(ax, columns=3)
     return ""
 
 
@@ -580,20 +541,16 @@ def _(location: Location, ax: Axes) -> str:
     """Draw admissible regions, their parts with their numbers, and the waypoints."""
     request = location.request
     for place in location.regions:
-        _draw_region(
-            ax,
-            place.region,
-            request.vehicle if place.color == "red" else None,
-            f"{request.require}, {place.color}",
-        )
+        vehicle = request.vehicle if place.color == "red" else None
+        use = f"{request.require}, {place.color}"
+        _draw_region(ax, place.region, vehicle, use)
         for number, part in enumerate(place.region.components, start=1):
-            base.draw_label(ax, part.representative_point().coords[0], str(number))
-    for number, waypoint in enumerate(request.waypoints, start=1):
-        words = f"waypoint {number}"
-        look: dict[str, Any] = {"textcoords": "offset points", "ha": "center"}
-        ax.annotate(words, waypoint, (0, 6), **look)
-        ax.plot(*waypoint, "ko", markersize=4)
-    base.legend_below(ax, ncols=2)
+            inside = part.representative_point()
+            base.draw_label(ax, (inside.x, inside.y), str(number))
+    for number, (x, y) in enumerate(request.waypoints, start=1):
+        ax.plot(x, y, "ko", markersize=4)
+        base.draw_label(ax, (x, y), f"waypoint {number}", va="bottom")
+    base.legend_below(ax, columns=2)
     return f"{request.require} regions with the waypoints"
 
 
@@ -611,59 +568,29 @@ def _draw_region(
     ax: Axes, region: Region, vehicle: Vehicle | None = None, use: str = ""
 ) -> None:
     """Fill a region; with a vehicle in the color of the sign of R on its red sheet. `use` is for the legend."""
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path
+    from shapely.plotting import patch_from_polygon
 
-    labels = set()
     for part in region.components[:_MOST_SHOWN]:
-        rings = [np.asarray(ring.coords) for ring in (part.exterior, *part.interiors)]
-        outline = Path.make_compound_path(*(Path(ring, closed=True) for ring in rings))
-        face, label = "0.9", f"{use}, $R=0$ in exact physics" if use else ""
+        face, relation = "0.9", "$R=0$ in exact physics"
         if vehicle is not None:
             inside = part.representative_point()
-            positive = red_label(inside.x, inside.y, vehicle).prod() > 0
-            if positive:
-                face, label = (base.POSITIVE, f"{use}, $R>0$")
-            else:
-                face, label = (base.NEGATIVE, f"{use}, $R<0$")
-        named = "_" if label in labels else label
-        labels.add(label)
-        ax.add_patch(
-            PathPatch(
-                outline, facecolor=face, edgecolor=base.GREY, linewidth=0.5, label=named
-            )
-        )
+            face, relation = base.NEGATIVE, "$R<0$"
+            if red_label(inside.x, inside.y, vehicle).prod() > 0:
+                face, relation = base.POSITIVE, "$R>0$"
+        label = f"{use}, {relation}" if use else None
+        look = {"facecolor": face, "edgecolor": base.GREY, "linewidth": 0.5}
+        ax.add_patch(patch_from_polygon(part, label=label, **look))
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
-
-
-class _Sheet(NamedTuple):
-    """The sheet over whose map a loop is drawn."""
-
-    vehicle: Vehicle
-    color: str | None
-    sign: str | None  # of R, if it has one
-    coefficients: Coefficients
-
-
-def _sheet_of_gait(gait: Gait) -> _Sheet:
-    sign = None
-    if gait.R.min() > 0:
-        sign = "positive"
-    elif gait.R.max() < 0:
-        sign = "negative"
-    return _Sheet(gait.vehicle, gait.color, sign, gait.coefficients)
-
-
-def _sheet_of_request(request: PlanRequest) -> _Sheet:
-    vehicle = request.vehicle
-    color = "blue" if request.color == "blue" else "red"
-    sign = request.sign if request.sign in RELATION else None
-    return _Sheet(vehicle, color, sign, coefficients_of(vehicle, request.coefficients))
 
 
 def _draw_gait_on_map(ax: Axes, gait: Gait, zones: Zones | None = None) -> str:
     """Draw a gait on the map of its sheet, and return what is shaded."""
-    words = _draw_map(ax, _sheet_of_gait(gait), zones)
+    sign: Sign | None = None
+    if gait.R.min() > 0:
+        sign = "positive"
+    elif gait.R.max() < 0:
+        sign = "negative"
+    words = _draw_map(ax, gait.vehicle, gait.color, sign, gait.coefficients, zones)
     label = f"gait, {gait.sheet_in_words}"
     gait_loop(gait, label=label, width=2.2, ax=ax)
     end = max(HALF_PI, float(np.abs(gait.alpha[:, :2]).max()))
@@ -671,28 +598,46 @@ def _draw_gait_on_map(ax: Axes, gait: Gait, zones: Zones | None = None) -> str:
     return words
 
 
-def _draw_map(ax: Axes, sheet: _Sheet, zones: Zones | None) -> str:
+def _draw_map(
+    ax: Axes,
+    vehicle: Vehicle,
+    color: str | None,
+    sign: Sign | None,
+    coefficients: Coefficients,
+    zones: Zones | None,
+) -> str:
     """Shade where a gait of a sheet is admissible, draw where R = 0 and polygons, and return what is shaded."""
-    vehicle, color = sheet.vehicle, sheet.color
     words = "its loop in the plane of α1 and α2"
     if color in ("red", "blue"):
         # Nothing is flyable on blue; limits of thrust need the mass.
         can_be_judged = vehicle.max_thrust is None or vehicle.mass is not None
-        require = "flyable" if color == "red" and can_be_judged else "valid"
-        conditions: dict[str, Any] = sheet._asdict() | {"require": require}
-        region = admissible_region(zones=zones, accuracy=_COARSE, **conditions)
-        sign = "" if sheet.sign is None else f" with {RELATION[sheet.sign]}"
-        words = f"shaded: where a {color} gait{sign} is {require}"
-        words += ", with the given polygons" if zones else ""
+        require: Requirement = "valid"
+        if color == "red" and can_be_judged:
+            require = "flyable"
+        region = admissible_region(
+            vehicle,
+            color=cast("Color", color),
+            sign=sign,
+            coefficients=coefficients,
+            require=require,
+            zones=zones,
+            accuracy=_COARSE,
+        )
+        words = f"shaded: where a {color} gait"
+        if sign is not None:
+            words += f" with {RELATION[sign]}"
+        words += f" is {require}"
+        if zones:
+            words += ", with the given polygons"
         _draw_region(ax, region, vehicle if color == "red" else None, require)
     if color == "red":
         draw_zeros_of_R(ax, vehicle)
         ax.plot(0, 0, "k+", markersize=7, label="all upright")
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
-    for k, corners in enumerate(zones.keep_out if zones else ()):
+    for corners in zones.keep_out if zones else ():
+        x, y = np.transpose(corners)
         look: dict[str, Any] = {"facecolor": "white", "edgecolor": base.GREY}
-        label = "_" if k else "keep out"
-        ax.fill(*np.asarray(corners).T, label=label, hatch="///", **look)
+        ax.fill(x, y, label="keep out", hatch="///", **look)
     return words
 
 
@@ -710,12 +655,12 @@ def _draw_checks(ax: Axes, report: Report) -> None:
                 used = 1.0 / used  # these limits are floors
         ax.barh(row + 0.2, min(used, 1.5), height=0.36, color=color)
         words = shorten(check.message.partition(": ")[0], 84, placeholder=" …")
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
-        look: dict[str, Any] = {"va": "center", "gid": check.name}
-        ax.text(0.01, row - 0.22, words, fontsize=6.5, color="0.3", bbox=box, **look)
+        look: dict[str, Any] = {"fontsize": 6.5, "va": "center"}
+        look["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        ax.text(0.01, row - 0.22, words, color="0.3", gid=check.name, **look)
         name = f"{check.name.replace('_', ' ')}  {mark}"
         ax.text(-0.02, row, name, color=color, fontsize=8, ha="right", va="center")
-    ax.axvline(1.0, color="black", linewidth=0.8, linestyle="--")
+    ax.axvline(1.0, color="black", linewidth=0.8, linestyle="--", zorder=0)
     ax.xaxis.set_major_formatter(PercentFormatter(1.0))
     ax.set(
         xlim=(0.0, 1.5),

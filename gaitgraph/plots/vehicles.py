@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import angles_from, checked_number
+from gaitgraph.angles import angles_from
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import wrong
 from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
@@ -55,9 +55,8 @@ class VehicleView:
     def limits(self) -> tuple[FloatArray, FloatArray]:
         """The low and high corners of a rectangle that holds the vehicle at every tilt."""
         reach = max(_STALK + _THRUST, math.hypot(_STALK, _DISC))
-        places = np.concatenate([self.arms, self.labels])
-        margins = np.repeat([[reach], [_LABEL]], 4, axis=0)
-        low, high = (places - margins).min(axis=0), (places + margins).max(axis=0)
+        low = np.minimum(self.arms - reach, self.labels - _LABEL).min(axis=0)
+        high = np.maximum(self.arms + reach, self.labels + _LABEL).max(axis=0)
         return read_only(low), read_only(high)
 
 
@@ -80,14 +79,12 @@ def vehicle_view(
     view: tuple[float, float] = DEFAULT_VIEW,
     attitude: npt.ArrayLike | None = None,
     thrusts: npt.ArrayLike = 1.0,
-    disc: float = _DISC,
 ) -> VehicleView:
     """Return the view of a vehicle at four tilt angles [rad].
 
     Of the `vehicle` only the places and the spins of its rotors matter. `view` is the viewer's azimuth and elevation,
     from −π/2 to π/2 [rad]; `attitude` the rotation from body axes to world axes, shape (3, 3), by default level.
-    `thrusts`, shape (4,), are relative lengths of the lines of thrust, negative where a rotor pulls; `disc` is a
-    rotor's radius in arm lengths.
+    `thrusts`, shape (4,), are relative lengths of the lines of thrust, negative where a rotor pulls.
 
     >>> vehicle_view([0.0, 0.5, 0.0, 0.5], view=FROM_ABOVE).order
     (0, 1, 2, 3)
@@ -99,7 +96,7 @@ def vehicle_view(
     turned = np.eye(3)
     if attitude is not None:
         turned = _numbers("attitude", attitude, (3, 3))
-    checked_number("disc", disc)
+    length = np.broadcast_to(_numbers("thrusts", thrusts, (4,), ()), (4,))
     right, up = screen_axes(view)
     screen = turned.T @ np.stack([right, up], axis=-1)
     toward = turned.T @ np.cross(right, up)
@@ -109,15 +106,15 @@ def vehicle_view(
     # The direction of each thrust at a level tilt is up, whatever the spin.
     thrust = (rotor_directions(angles, vehicle)[0] * thrust_signs(vehicle)).T
     along = np.cross(thrust, outward)
-    length = np.broadcast_to(_numbers("thrusts", thrusts, (4,), ()), (4,))
     centres = ends + _STALK * thrust
     circles = np.cos(_AROUND) * outward[:, None] + np.sin(_AROUND) * along[:, None]
-    arms, hub = ends @ screen, np.array([0.0, 0.0, vehicle.height_ratio]) @ screen
+    arms = ends @ screen
+    hub = np.array([0.0, 0.0, vehicle.height_ratio]) @ screen
     # By the depth of the arms' ends, because discs do not reach each other; equal depths keep the order.
     order = np.argsort(np.round(ends @ toward, 9), kind="stable")
     return VehicleView(
         centres=centres @ screen,
-        rims=(centres[:, None] + disc * circles) @ screen,
+        rims=(centres[:, None] + _DISC * circles) @ screen,
         tips=(centres + _THRUST * length[:, None] * thrust) @ screen,
         facing=(thrust @ toward > 0) ^ (length < 0),
         arms=arms,
@@ -143,41 +140,47 @@ def draw_vehicle(ax: Axes, seen: VehicleView) -> list[Any]:
     """Draw a view on axes of equal scales, in arm lengths, and return the artists."""
     drawn: list[Any] = []
     centre = np.zeros(2)
-    dot: dict[str, Any] = {"marker": "o", "markeredgewidth": 0.0, "color": INK}
     for end in (*seen.arms, centre):
         drawn += _line(ax, seen.hub, end, 3.6, zorder=1)
     drawn.append(draw_arrow(ax, centre, seen.nose, INK, width=1.5, size=8, zorder=1.5))
-    drawn += ax.plot(*centre, markersize=9.0, zorder=1.5, **dot)
+    drawn += ax.plot(0.0, 0.0, "o", color=INK, markersize=8.0, zorder=1.5)
     for place, rotor in enumerate(seen.order):
-        order, color = 2.0 + 0.1 * place, ROTOR_COLORS[rotor]
-        disc: dict[str, Any] = {"facecolor": color, "edgecolor": INK, "linewidth": 0.9}
-        drawn += _line(ax, seen.arms[rotor], seen.centres[rotor], 2.9, zorder=order)
-        drawn += ax.fill(*seen.rims[rotor].T, zorder=order + 0.02, **disc)
-        drawn += ax.plot(
-            *seen.centres[rotor], markersize=3.6, zorder=order + 0.03, **dot
-        )
-        above = order + (0.04 if seen.facing[rotor] else 0.01)
-        ends = seen.centres[rotor], seen.tips[rotor]
-        drawn.append(draw_arrow(ax, *ends, INK, width=1.8, size=9.0, zorder=above))
+        order = 2.0 + 0.1 * place
+        end, middle, tip = seen.arms[rotor], seen.centres[rotor], seen.tips[rotor]
+        drawn += _line(ax, end, middle, 2.9, zorder=order)
+        drawn.append(_disc(ax, seen.rims[rotor], ROTOR_COLORS[rotor], order + 0.02))
+        drawn += _line(ax, middle, middle, 3.6, INK, marker="o", zorder=order + 0.03)
+        above = order + 0.01
+        if seen.facing[rotor]:
+            above = order + 0.04
+        drawn.append(draw_arrow(ax, middle, tip, INK, width=1.8, zorder=above))
     for rotor, label in enumerate(seen.labels):
-        box = {
-            "boxstyle": "circle,pad=0.25",
-            "facecolor": ROTOR_COLORS[rotor],
-            "edgecolor": "white",
-            "linewidth": 1.1,
-        }
+        box = {"boxstyle": "circle,pad=0.25", "edgecolor": "white"}
+        box["facecolor"] = ROTOR_COLORS[rotor]
         look: dict[str, Any] = {"fontsize": 8.0, "weight": "bold", "zorder": 3}
         drawn.append(draw_label(ax, label, str(rotor + 1), "white", bbox=box, **look))
     return drawn
 
 
+def _disc(ax: Axes, rim: FloatArray, color: str, zorder: float) -> Any:
+    (disc,) = ax.fill(
+        rim[:, 0],
+        rim[:, 1],
+        facecolor=color,
+        edgecolor=INK,
+        linewidth=0.9,
+        zorder=zorder,
+    )
+    return disc
+
+
 def _line(
     ax: Axes, start: Any, end: Any, width: float, color: str = LINE_GREY, **look: Any
 ) -> list[Any]:
-    return ax.plot(*np.array([start, end]).T, color=color, linewidth=width, **look)
+    x, y = np.array([start, end]).T
+    return ax.plot(x, y, color=color, linewidth=width, **look)
 
 
-_PAPER_DISC = 0.42
 _GREY = "0.35"
 _LEAN = "#b35900"  # of tilt angles and the leaning thrusts
 
@@ -188,84 +191,73 @@ def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> A
     ax.set_axis_off()
     ax.set_aspect("equal")
     ax.set(xlim=(-2.75, 5.6), ylim=(-2.45, 2.3))
-    seen = vehicle_view(np.zeros(4), vehicle, view=FROM_ABOVE, disc=_PAPER_DISC)
+    seen = vehicle_view(np.zeros(4), vehicle, view=FROM_ABOVE)
+    clockwise = thrust_signs(vehicle_named(vehicle)) < 0
     for arm in seen.arms:
         _line(ax, (0.0, 0.0), arm, 2.5, _GREY, zorder=1)
-    for rotor in seen.order:
-        rim = seen.rims[rotor]
-        ax.fill(*rim.T, facecolor="0.94", edgecolor=_GREY, linewidth=0.8, zorder=2)
-    clockwise = thrust_signs(vehicle_named(vehicle)) < 0
     for number, outward in enumerate(seen.arms, start=1):
+        _disc(ax, seen.rims[number - 1], "0.94", 2)
         # The direction of the thrust at a positive tilt.
         leaning = np.array([outward[1], -outward[0]])
         arc, spin = (200, 520), "ccw"
         if clockwise[number - 1]:
             arc, spin = (340, 20), "cw"
-        look = {"color": _GREY, "linewidth": 0.9, "zorder": 3}
-        _draw_arc(ax, outward, 0.8 * _PAPER_DISC, arc, mutation_scale=7, **look)
-        draw_arrow(
-            ax, (1 + _PAPER_DISC) * outward, (1.62 + _PAPER_DISC) * outward, _GREY
-        )
-        draw_label(ax, (1.82 + _PAPER_DISC) * outward, rf"$e_{number}$")
-        start = outward + _PAPER_DISC * leaning
-        draw_arrow(
-            ax, start, start + 0.5 * leaning, _LEAN, width=1.8, gid=f"lean {number}"
-        )
+        _draw_arc(ax, outward, 0.8 * _DISC, arc, _GREY)
+        draw_label(ax, outward, f"{number}\n{spin}")
+        draw_arrow(ax, 1.5 * outward, 2.04 * outward, _GREY)
+        draw_label(ax, 2.24 * outward, rf"$e_{number}$")
+        start = outward + _DISC * leaning
+        end = start + 0.5 * leaning
+        draw_arrow(ax, start, end, _LEAN, width=1.8, gid=f"lean {number}")
         beyond = 0.5 + 0.42 * abs(leaning[0]) + 0.2 * abs(leaning[1])
         draw_label(ax, start + beyond * leaning, rf"$\alpha_{number}>0$", _LEAN)
-        draw_label(ax, outward, f"{number}\n{spin}")
-    corner = np.array([-2.2, -2.2])
-    for axis in ((0.0, 0.75), (-0.5, 0.0)):
-        draw_arrow(ax, corner, corner + axis, "black")
-    for text, offset in (
-        ("$x$ forward", (0.0, 0.92)),
-        ("$y$ left", (-0.3, -0.2)),
-        ("$z$ up", (0.38, 0.0)),
-    ):
-        draw_label(ax, corner + offset, text)
-    _draw_axis_out_of_the_page(ax, corner, 5.0, 2.5)
+    x, y = corner = -2.2, -2.2
+    draw_arrow(ax, corner, (x, y + 0.75), "black")
+    draw_arrow(ax, corner, (x - 0.5, y), "black")
+    _draw_axis_out_of_the_page(ax, corner, 5.0)
+    draw_label(ax, (x, y + 0.92), "$x$ forward")
+    draw_label(ax, (x - 0.3, y - 0.2), "$y$ left")
+    draw_label(ax, (x + 0.38, y), "$z$ up")
     _draw_from_the_tip(ax)
     return ax
 
 
-def _draw_axis_out_of_the_page(
-    ax: Axes, place: FloatArray, ring: float, dot: float
-) -> None:
-    look: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": "black"}
-    ax.plot(*place, "o", markersize=ring, zorder=4, **look)
-    ax.plot(*place, ".", markersize=dot, color="black", zorder=5)
+def _draw_axis_out_of_the_page(ax: Axes, place: Any, size: float) -> None:
+    _line(ax, place, place, 0.8, "black", marker="o", markersize=size, mfc="white")
+    _line(ax, place, place, 0.8, "black", marker=".", markersize=size / 2)
 
 
 def _draw_arc(
-    ax: Axes, center: FloatArray, radius: float, arc: tuple[float, float], **look: Any
+    ax: Axes, center: FloatArray, radius: float, arc: tuple[float, float], color: str
 ) -> None:
     """Draw an arrow along an arc from one angle to another [°]."""
     from matplotlib.patches import FancyArrowPatch
     from matplotlib.path import Path
 
-    around = np.radians(np.linspace(*arc, 49))
+    around = np.radians(np.linspace(arc[0], arc[1], 49))
     path = Path(center + radius * np.stack([np.cos(around), np.sin(around)], axis=-1))
-    ax.add_patch(FancyArrowPatch(path=path, arrowstyle="-|>", **look))
+    look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 7}
+    ax.add_patch(FancyArrowPatch(path=path, color=color, zorder=3, **look))
 
 
 def _draw_from_the_tip(ax: Axes) -> None:
     """Draw a rotor with a positive tilt, seen from outside along its arm."""
-    hub, tilt, up = np.array([4.2, -0.75]), math.radians(32), np.array([0.0, 1.0])
+    x, y = 4.2, -0.75
+    hub = np.array([x, y])
+    tilt = math.radians(32)
     lean = np.array([-math.sin(tilt), math.cos(tilt)])
-    across = np.array([math.cos(tilt), math.sin(tilt)])
+    across = 0.6 * np.array([math.cos(tilt), math.sin(tilt)])
+    middle = np.array([-math.sin(tilt / 2), math.cos(tilt / 2)])
     rotor = hub + 0.45 * lean
-    _line(ax, hub, hub + 2.0 * up, 0.8, _GREY, linestyle=(0, (4, 3)))
+    _line(ax, hub, (x, y + 2.0), 0.8, _GREY, linestyle=(0, (4, 3)))
+    draw_label(ax, (x + 0.1, y + 2.2), "$z$")
     _line(ax, hub, rotor, 2.0, _GREY)
-    _line(ax, rotor - 0.6 * across, rotor + 0.6 * across, 3.0, _GREY)
+    _line(ax, rotor - across, rotor + across, 3.0, _GREY)
     draw_arrow(ax, rotor, hub + 1.9 * lean, _LEAN, width=1.8)
     draw_label(ax, hub + 2.12 * lean, "thrust", _LEAN)
-    arc = (90, 90 + math.degrees(tilt))
-    ends = {"shrinkA": 0, "shrinkB": 0}
-    _draw_arc(ax, hub, 1.3, arc, color=_LEAN, mutation_scale=8, **ends)
-    middle = np.array([-math.sin(tilt / 2), math.cos(tilt / 2)])
+    _draw_arc(ax, hub, 1.3, (90, 90 + math.degrees(tilt)), _LEAN)
     draw_label(ax, hub + 1.52 * middle, r"$\alpha_i>0$", _LEAN)
-    _draw_axis_out_of_the_page(ax, hub, 8.0, 4.0)
-    draw_label(ax, hub + np.array([0.3, -0.02]), "$e_i$")
-    draw_label(ax, hub + np.array([0.1, 2.2]), "$z$")
+    _draw_axis_out_of_the_page(ax, hub, 8.0)
+    draw_label(ax, (x + 0.3, y - 0.02), "$e_i$")
     text = "rotor $i$ from the tip of its arm:\npositive tilts are right-handed\nabout the outward axis $e_i$"
-    draw_label(ax, hub - 0.75 * up, text)
+    draw_label(ax, (x, y - 0.75), text)
