@@ -2,8 +2,8 @@
 
 :func:`plain` goes to what JSON takes: numbers, texts, lists and mappings. What these cannot tell apart, a tuple, an array, a
 record, becomes a mapping that names its `type`. :func:`rebuilt` makes the value again, by the constructor of each record,
-and refuses texts for numbers and the like. The mappings are those of one version of
-gaitgraph; what other programs read is ``as_mapping()``, where a record has one.
+and refuses values of other types than those that its fields are annotated with. The mappings are those of one version
+of gaitgraph; what other programs read is ``as_mapping()``, where a record has one.
 """
 
 from __future__ import annotations
@@ -11,28 +11,34 @@ from __future__ import annotations
 import math
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Self
+from types import UnionType
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Literal,
+    Self,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, shown, wrong
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
 _TYPE = "type"
 _OWN = "gaitgraph."
-_SCALARS: dict[str, tuple[type, ...]] = {
-    "str": (str,),
-    "float": (float, int),
-    "int": (int,),
-    "bool": (bool,),
-    "None": (type(None),),
-}
 _BROKEN = (
     ArithmeticError,
     AttributeError,
     ImportError,
     LookupError,
+    NameError,
     TypeError,
     ValueError,
 )
@@ -62,6 +68,10 @@ class Record:
         """Return the fields by name; a record whose constructor takes fewer has a method of its own."""
         return {one.name: getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
 
+    def __reduce__(self) -> Any:
+        values = {one.name: getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
+        return _restored, (type(self), values)
+
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
@@ -69,6 +79,15 @@ class Record:
 
     def __hash__(self) -> int:
         return hash(_key(self))
+
+
+def _restored(kind: type[Any], values: dict[str, Any]) -> Any:
+    """Return a record that was pickled or copied, whose arrays cannot be written to either."""
+    record = object.__new__(kind)
+    for name, value in values.items():
+        object.__setattr__(record, name, value)  # the record is frozen
+    freeze_arrays(record)
+    return record
 
 
 def plain(value: Any) -> Any:
@@ -93,18 +112,14 @@ def plain(value: Any) -> Any:
     if isinstance(value, tuple):
         kind = "tuple" if type(value) is tuple else _name_of(type(value))
         return {_TYPE: kind, "items": [plain(item) for item in value]}
-    if is_dataclass(value):
+    if isinstance(value, Record):
         return {_TYPE: _name_of(type(value)), **_plain_fields(value)}
     return _plain_of_library(value)
 
 
-def _plain_fields(record: Any) -> dict[str, Any]:
-    if isinstance(record, Record):
-        named = record._constructed_from()
-    else:
-        named = {one.name: getattr(record, one.name) for one in fields(record)}
+def _plain_fields(record: Record) -> dict[str, Any]:
     values = {}
-    for name, value in named.items():
+    for name, value in record._constructed_from().items():
         try:
             values[name] = plain(value)
         except InputError as error:
@@ -142,17 +157,17 @@ def _plain_of_library(value: Any) -> dict[str, Any]:
 
 
 def rebuilt(value: Any) -> Any:
-    """Return the value whose plain form :func:`plain` gave; InputError if it is none.
+    """Return the value whose plain form :func:`plain` gave; InputError, whose field is the place in it, if it is none.
 
     >>> rebuilt(plain((1.0, [2])))
     (1.0, [2])
     """
     if isinstance(value, list):
-        return [rebuilt(item) for item in value]
+        return [item for _, item in _rebuilt_items(enumerate(value))]
     if not isinstance(value, dict):
         return value
     if _TYPE not in value:
-        return {key: rebuilt(item) for key, item in value.items()}
+        return dict(_rebuilt_items(value.items()))
     rest = dict(value)
     kind = rest.pop(_TYPE)
     items = rest.get("items", [])
@@ -168,13 +183,26 @@ def rebuilt(value: Any) -> Any:
         raise InputError(f"mapping must be as as_dict() gave it: {error}") from error
 
 
+def _rebuilt_items(items: Iterable[tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
+    """Yield names or numbers of items, each with its value; an InputError has them before its field."""
+    for place, item in items:
+        try:
+            value = rebuilt(item)
+        except InputError as error:
+            error.field = f"{place}.{error.field}" if error.field else str(place)
+            raise
+        yield place, value
+
+
 def _rebuilt_record(kind: Any, rest: dict[str, Any]) -> Any:
     if issubclass(kind, Enum):
         return kind(rest["value"])
     if issubclass(kind, tuple):
         return kind(*rebuilt(rest["items"]))
-    named = {name: rebuilt(item) for name, item in rest.items()}
-    _check_scalars(kind, named)
+    named = dict(_rebuilt_items(rest.items()))
+    # A constructor that takes wider types than the record holds checks them itself.
+    if kind._constructed_from is Record._constructed_from:
+        _check_types(kind, named)
     later = {one.name: named.pop(one.name) for one in fields(kind) if not one.init}
     record = kind(**named)
     for name, item in later.items():
@@ -182,18 +210,40 @@ def _rebuilt_record(kind: Any, rest: dict[str, Any]) -> Any:
     return record
 
 
-def _check_scalars(kind: Any, named: dict[str, Any]) -> None:
-    """Raise InputError for the first value that is none of the numbers or texts that its field states.
-
-    What fields state beyond numbers and texts, arrays say, is for the constructors to check.
-    """
+def _check_types(kind: Any, named: dict[str, Any]) -> None:
+    """Raise InputError for the first value that is not of the type that its field states."""
+    hints = _hints_of(kind)
     for one in fields(kind):
-        words = str(one.type).split(" | ")
-        if one.name not in named or not {*words} <= _SCALARS.keys():
-            continue
-        value = named[one.name]
-        if type(value) not in [scalar for word in words for scalar in _SCALARS[word]]:
-            raise wrong(one.name, f"must be {one.type}", value)
+        if one.name in named and not _fits(named[one.name], hints[one.name]):
+            raise wrong(one.name, f"must be {one.type}", named[one.name])
+
+
+@cache
+def _hints_of(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind)
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Return whether a value is of an annotated type, and its items of theirs; what is no class fits anything."""
+    kind: Any = get_origin(hint) or hint
+    parts: tuple[Any, ...] = get_args(hint)
+    if kind in (Union, UnionType):
+        return any(_fits(value, part) for part in parts)
+    if kind is Literal:
+        return isinstance(value, str) and value in parts
+    if kind is float:
+        return type(value) in (float, int)
+    if kind in (int, bool, str):
+        return type(value) is kind
+    if kind is Any or not isinstance(kind, type):
+        return True
+    if kind is tuple and isinstance(value, tuple) and parts:
+        hints = parts[:1] * len(value) if parts[-1] is Ellipsis else parts
+        return len(hints) == len(value) and all(map(_fits, value, hints))
+    if isinstance(value, dict) and parts:
+        items_fit = all(_fits(item, parts[1]) for item in value.values())
+        return isinstance(value, kind) and items_fit
+    return isinstance(value, kind)
 
 
 def _array(dtype: str, items: list[Any]) -> Any:
@@ -245,10 +295,7 @@ def _class_of(name: Any) -> Any:
         raise wrong("type", "must be one that as_dict() gave", name)
     module, _, kind = name.rpartition(".")
     found = getattr(import_module(module), kind)
-    is_record = isinstance(found, type) and (
-        is_dataclass(found) or issubclass(found, (tuple, Enum))
-    )
-    if not is_record:
+    if not isinstance(found, type) or not issubclass(found, (Record, tuple, Enum)):
         raise wrong("type", "must be one that as_dict() gave", name)
     return found
 

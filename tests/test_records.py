@@ -256,6 +256,35 @@ def test_a_number_or_text_of_another_kind_is_named(
         gg.Report.from_dict(stated | {field: wrong})
 
 
+RECORDS = sorted(name for name in MADE if name not in ("Region", "Cycle"))
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_another_record_in_a_field_is_refused_at_once_with_its_place(name: str) -> None:
+    made = ALL[name]()
+    if not isinstance(made, Record):
+        return
+    stated = made.as_dict()
+    for field in stated.keys() - {"type"}:
+        with pytest.raises(gg.InputError) as refused:
+            type(made).from_dict(stated | {field: X_FRAME.joints[0].as_dict()})
+        assert refused.value.field == field
+        assert "\n" not in str(refused.value)
+
+
+def test_what_is_wrong_inside_a_record_has_its_place() -> None:
+    stated = plan().as_dict()
+    stated["request"]["vehicle"]["mass"] = "heavy"
+    with pytest.raises(gg.InputError, match="mass must be") as refused:
+        gg.Plan.from_dict(stated)
+    assert refused.value.field == "request.vehicle.mass"
+    stated = gg.validate(GAIT).as_dict()
+    stated["checks"]["items"][1]["value"] = "x"
+    with pytest.raises(gg.InputError) as refused:
+        gg.Report.from_dict(stated)
+    assert (refused.value.field, refused.value.value) == ("checks.1.value", "x")
+
+
 @pytest.mark.parametrize("item", ["x", None, [0.5]])
 def test_an_array_is_not_made_of_other_values(item: Any) -> None:
     stated = {"type": "array", "dtype": "<f8", "items": [0.5, item]}
@@ -328,9 +357,14 @@ def arrays_in(value: Any, name: str, seen: set[int]) -> Iterator[tuple[str, Any]
 
 @pytest.mark.parametrize("name", sorted(ALL.keys() - CHANGING))
 def test_its_arrays_cannot_be_written_to(name: str) -> None:
-    arrays = list(arrays_in(ALL[name](), name, set()))
-    assert [place for place, array in arrays if array.flags.writeable] == []
-    assert bool(arrays) != (name in WITHOUT_ARRAYS)
+    made = ALL[name]()
+    others = [made]
+    if isinstance(made, Record):
+        others += [copy.deepcopy(made), pickle.loads(pickle.dumps(made))]
+    for other in others:
+        arrays = list(arrays_in(other, name, set()))
+        assert [place for place, array in arrays if array.flags.writeable] == []
+        assert bool(arrays) != (name in WITHOUT_ARRAYS)
 
 
 def test_an_array_that_was_given_stays_its_owners() -> None:

@@ -39,8 +39,10 @@ from gaitgraph.flight.simulation import Simulation, before_take_off
 from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.table import Table, check_repeats
 from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import BoolArray, determinant
 from gaitgraph.records import Record
+from gaitgraph.robustness.attitudes import AcceptableAttitudes
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.texts import table_lines
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
@@ -49,8 +51,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from gaitgraph.gait.given import GaitLike
-    from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.robustness.attitudes import AcceptableAttitudes
 
 DEFAULT_EXTENT = math.radians(80.0)  # largest roll and pitch at the start
 DEFAULT_RESOLUTION = (

@@ -20,18 +20,18 @@ from gaitgraph.angles import (
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, check_fields, checked_choice, wrong
 from gaitgraph.gait.table import Table
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.pictured import Pictured
 from gaitgraph.records import Record
 from gaitgraph.texts import table_lines
+from gaitgraph.timing.joining import Course
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.vehicle import vehicle_named
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.timing.joining import Course
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle, VehicleLike
 

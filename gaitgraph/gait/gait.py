@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,7 @@ from gaitgraph.invertibility.coefficients import (
     CoefficientsLike,
     coefficients_of,
 )
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.pictured import Pictured
 from gaitgraph.surface.curved import sheet_of
@@ -42,9 +43,6 @@ from gaitgraph.tolerances import (
     SAME_ANGLE,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
-
-if TYPE_CHECKING:
-    from gaitgraph.invertibility.forms import FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)

@@ -36,6 +36,7 @@ from gaitgraph.invertibility.forms import (
     level_of,
     rotors_of,
 )
+from gaitgraph.records import Record
 from gaitgraph.tolerances import ON_PLANE
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -52,7 +53,7 @@ _EPSILON = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
-class Coefficients:
+class Coefficients(Record):
     """The coefficients of formula (1): those of a vehicle's rotors, or the paper's with four digits.
 
     Parameters

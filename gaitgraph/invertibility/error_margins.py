@@ -26,7 +26,7 @@ import numpy as np
 
 from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
+from gaitgraph.invertibility.forms import FloatArray, Sines, level_of, rotors_of
 from gaitgraph.invertibility.matrices import tilt_angles
 from gaitgraph.records import Record
 from gaitgraph.tolerances import DEFAULT_FLOOR
@@ -35,7 +35,6 @@ from gaitgraph.vehicle import PAPER, vehicle_named
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.matrices import BoolArray, IntArray
     from gaitgraph.vehicle import Vehicle, VehicleLike
 

@@ -17,10 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.arrays import read_only
-from gaitgraph.vehicle import rotor_columns
+from gaitgraph.records import Record
+from gaitgraph.vehicle import Place, rotor_columns
 
 if TYPE_CHECKING:
-    from gaitgraph.vehicle import Place, Vehicle
+    from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -160,7 +161,7 @@ def _products(
 
 
 @dataclass(frozen=True, slots=True)
-class Rotors:
+class Rotors(Record):
     """What of a vehicle shapes its matrices, in units of the arm length L.
 
     Parameters

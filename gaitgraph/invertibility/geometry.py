@@ -30,6 +30,7 @@ from gaitgraph.invertibility.segment_bounds import (
     least_along,
     least_of_each,
 )
+from gaitgraph.records import Record
 from gaitgraph.vehicle import vehicle_named
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ _MOST_PROGRAMS = 8000  # points, each with a linear program or more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Geometry:
+class Geometry(Record):
     """N rotors, each with a place, a moment ratio, a thrust axis and a tilt axis; immutable.
 
     Parameters

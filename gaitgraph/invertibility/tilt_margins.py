@@ -45,6 +45,7 @@ from gaitgraph.invertibility.matrices import (
     tilt_angles,
 )
 from gaitgraph.invertibility.segment_bounds import Points, bends_of, least_of_each
+from gaitgraph.records import Record
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 _BLOCK = 1 << 13
@@ -164,7 +165,7 @@ def sensitivity_deviations(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LeastMargin:
+class LeastMargin(Record):
     """The least tilt margin along segments [rad], proven to be in [lower, upper]; both NaN if there is no margin.
 
     `upper` is attained at `fraction` of `segment`. `reason` says why the margin is zero or why there is none, else "".

@@ -33,6 +33,7 @@ from gaitgraph.timing.timed_gait import (
     table_of,
     timed_gait_of,
 )
+from gaitgraph.validation.report import Check, Report
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, vehicle_named
 
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.io.servo_map import ServoMapLike
     from gaitgraph.timing.laws import LawName
-    from gaitgraph.validation.report import Check, Report
     from gaitgraph.vehicle import Each, VehicleLike
 
 

@@ -83,7 +83,7 @@ PRESETS: dict[str, tuple[str, tuple[int, ...], dict[str, Any]]] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Joint:
+class Joint(Record):
     """One joint: which rotor it turns and how, as :func:`servo_map_from_mapping` makes it.
 
     Parameters

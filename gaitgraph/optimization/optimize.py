@@ -33,6 +33,7 @@ from gaitgraph.errors import Infeasible, checked_choice, wrong
 from gaitgraph.graph.nodes import checked_waypoints
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.error_margins import closest_servo_margin
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import largest_least_singular_value
 from gaitgraph.optimization import least_effort
 from gaitgraph.pictured import Pictured
@@ -68,7 +69,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
-    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop
     from gaitgraph.surface.region import Points, Region
     from gaitgraph.surface.sheets import Sign

@@ -37,14 +37,15 @@ from gaitgraph.gait.table import (
     warn_of_ends,
 )
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.matrices import level_determinant
+from gaitgraph.invertibility.forms import FloatArray
+from gaitgraph.invertibility.matrices import IntArray, level_determinant
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.tolerances import DEFAULT_FLOOR
-from gaitgraph.validation.report import verdict_of
+from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.validation.validating import validate
 
 if TYPE_CHECKING:
@@ -54,10 +55,8 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
-    from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.invertibility.matrices import BoolArray, IntArray
+    from gaitgraph.invertibility.matrices import BoolArray
     from gaitgraph.surface.region import Points, Region
-    from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 MOST_ROWS = 200_000

@@ -11,11 +11,15 @@ import numpy as np
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.invertibility.coefficients import Coefficients, coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
+from gaitgraph.planning.request import Point
+from gaitgraph.records import Record
 from gaitgraph.surface.sheets import (
     COLORS,
     RAISED,
     RELATION,
     SIGNS,
+    Color,
+    Sign,
     at_end_of_range,
     root_arrays,
     separating_factor,
@@ -26,15 +30,14 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from gaitgraph.planning.request import PlanRequest, Point
+    from gaitgraph.planning.request import PlanRequest
     from gaitgraph.surface.region import Requirement
-    from gaitgraph.surface.sheets import Color, Sign
 
 _ZERO = 1e-9  # below it R is called zero in a message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Refusal:
+class Refusal(Record):
     """Why one color and sign of R has no loop that meets a request.
 
     `kind` is "waypoint" if a waypoint has no root of this color and sign, or lies where the request forbids it: `R` is

@@ -8,22 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.invertibility.error_margins import (
     PROOF,
     bears_servo_errors,
     closest_servo_margin,
 )
+from gaitgraph.planning.request import PlanRequest
 from gaitgraph.records import Record
-from gaitgraph.surface.sheets import RELATION
+from gaitgraph.surface.sheets import RELATION, Sign
 from gaitgraph.validation.report import verdict_of
 
 if TYPE_CHECKING:
-    from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.error_margins import ErrorMargin
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.planning.request import PlanRequest
-    from gaitgraph.surface.sheets import Sign
     from gaitgraph.validation.report import Report
 
 

@@ -30,7 +30,7 @@ from gaitgraph.planning.any_angle import any_angle_loop, with_nearest
 from gaitgraph.planning.branch import Branch, Refusal, branches_of
 from gaitgraph.planning.grid import grid_loop, request_graph
 from gaitgraph.planning.loop import Loop
-from gaitgraph.planning.request import PlanRequest, plan_request, read_request
+from gaitgraph.planning.request import PlanRequest, Point, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.validation.report import verdict_of
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.graph.walks import Weight
     from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.planning.request import Method, Objective, Point
+    from gaitgraph.planning.request import Method, Objective
     from gaitgraph.surface.region import Points, Requirement
     from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
     from gaitgraph.timing.laws import LawName

@@ -18,9 +18,11 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Infeasible, checked_choice, wrong
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.nodes import checked_waypoints
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
 from gaitgraph.planning.request import groups_of_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.records import Record
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
@@ -32,24 +34,23 @@ from gaitgraph.surface.sheets import SignChoice, separating_factor
 from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, Motion, TimedGait
 from gaitgraph.tolerances import DEFAULT_FLOOR, SAME_ANGLE
-from gaitgraph.vehicle import PAPER, four_of, vehicle_named
+from gaitgraph.vehicle import PAPER, Vehicle, four_of, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import numpy.typing as npt
 
-    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.planning.request import Point
     from gaitgraph.surface.region import Points, Region
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
 _ROUNDING = 1e-10  # of a time
 _STEP = 0.05  # rad between two points at which the singular values are computed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
-class Replan:
+class Replan(Record):
     """A path from the present tilt angles to a loop, and the loop; falsy, with the `reason`, if there is none.
 
     `approach` leads from the present (α1, α2) to the first waypoint, shape (k, 2), one point if the angles are there

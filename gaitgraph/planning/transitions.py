@@ -12,6 +12,7 @@ passes its zero, where the decoupling matrix is singular.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -49,12 +50,12 @@ from gaitgraph.timing.timed_gait import (
     table_of,
 )
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
-from gaitgraph.validation.report import verdict_of
+from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.validation.validating import validate
-from gaitgraph.vehicle import PAPER, four_of
+from gaitgraph.vehicle import PAPER, Each, four_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from gaitgraph.gait.given import GaitLike
@@ -63,8 +64,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.region import Requirement
     from gaitgraph.surface.sheets import Color
     from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.validation.report import Report
-    from gaitgraph.vehicle import Each, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
 _MOST_CORNERS = 16
 _DURATION = 1.0

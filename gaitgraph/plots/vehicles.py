@@ -10,19 +10,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import wrong
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
 from gaitgraph.plots.axes import ROTOR_COLORS, axes_or_new, draw_arrow, draw_label
+from gaitgraph.records import Record
 from gaitgraph.vehicle import PAPER, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
     from matplotlib.axes import Axes
 
-    from gaitgraph.invertibility.forms import FloatArray
 
 # Positions of the viewer: azimuth from forward, positive to the left, and elevation [rad].
 DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))  # behind, right and above
@@ -33,7 +34,7 @@ _AROUND = np.linspace(0.0, math.tau, 73)[:, None]  # the angles of a drawn circl
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class VehicleView:
+class VehicleView(Record):
     """A vehicle seen from one direction; positions are from its centre of mass, to the right and upwards."""
 
     centres: FloatArray  # (4, 2), of the discs, where the lines of thrust begin

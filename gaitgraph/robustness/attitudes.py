@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple, cast
+from typing import Literal, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +29,7 @@ from gaitgraph.invertibility.coefficients import (
     CoefficientsLike,
     coefficients_of,
 )
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import (
     IntArray,
     attitude_of,
@@ -41,12 +42,10 @@ from gaitgraph.invertibility.tilt_margins import (
     sensitivity_deviations,
     singular_everywhere,
 )
+from gaitgraph.records import Record
 from gaitgraph.surface.region import polygons_of
 from gaitgraph.tolerances import SAME_ANGLE
 from gaitgraph.vehicle import PAPER, VehicleLike
-
-if TYPE_CHECKING:
-    from gaitgraph.invertibility.forms import FloatArray
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 50_000
@@ -65,7 +64,7 @@ _NOT_LEVEL = "R changes its sign or vanishes: level flight itself is singular so
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SingularCurve:
+class SingularCurve(Record):
     """The attitudes at which one configuration is singular; `normal` is (−Rθ, Rφ, R), shape (3,), read-only.
 
     `kind` is "curve"; "none" inside ±π/2, as on the gait surfaces; or "everywhere", where Rφ = Rθ = R = 0.
@@ -122,7 +121,7 @@ def singular_curve(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AcceptableAttitudes:
+class AcceptableAttitudes(Record):
     """The attitudes at which a gait is never singular, over its whole period.
 
     `polygon` holds those connected with (0, 0), as (roll, pitch) [rad]; if it is empty, `reason` says why. Every

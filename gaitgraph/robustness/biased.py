@@ -13,7 +13,7 @@ import shapely
 from gaitgraph.angles import angle_within, checked_number, percent, whole_number
 from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.given import given_gait
-from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.coefficients import Coefficients, coefficients_of
 from gaitgraph.invertibility.error_margins import ErrorMargin, drag_margin, servo_margin
 from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_along, singular_value_bound
@@ -36,16 +36,17 @@ from gaitgraph.robustness.attitudes import (
 from gaitgraph.surface.sheets import sheet_distances
 from gaitgraph.texts import table_lines
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
+from gaitgraph.validation.report import GaitPoint
 from gaitgraph.validation.rules import Segments, segments_of
+from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from gaitgraph.gait.given import GaitLike
-    from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.validation.report import GaitPoint
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
 Scaling = Literal["none", "biased", "scaled"]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
@@ -37,11 +38,12 @@ from gaitgraph.planning.request import (
     read_request,
     request_from_mapping,
 )
+from gaitgraph.records import Record
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.vehicle import UNITS, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Mapping, Sequence
+    from collections.abc import Callable, Hashable, Sequence
 
     from gaitgraph.gait.gait import Gait
 
@@ -80,8 +82,8 @@ Axis = tuple[Any, ...] | Range
 """The values of one quantity of a study, in order, or its range."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Model:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Model(Record):
     """A vehicle of a study, with the first value of each constant that varies, and the axes of those constants."""
 
     base: Vehicle
@@ -91,8 +93,8 @@ class Model:
         return math.prod(len(axis) for axis in self.varied.values())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GaitSource:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GaitSource(Record):
     """One entry of a study's gaits, from which the gait of each vehicle is made.
 
     `content` is the name of a gait of the paper; the fields of a request, which is planned for each vehicle; or the
@@ -146,8 +148,8 @@ class Case:
         }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Study:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Study(Record):
     """A study; it holds the content of the files that it named.
 
     `models` and `sources` are the vehicles and the gaits. `bias` is the axis of η, `period` that of T [s], `roll` and

@@ -21,12 +21,13 @@ import numpy.typing as npt
 from gaitgraph.angles import angles_from, wrapped
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError
-from gaitgraph.invertibility.forms import level_of, rotors_of
+from gaitgraph.invertibility.forms import FloatArray, level_of, rotors_of
+from gaitgraph.records import Record
 from gaitgraph.tolerances import SAME_ANGLE
 from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.forms import FloatArray, Rotors
+    from gaitgraph.invertibility.forms import Rotors
     from gaitgraph.vehicle import VehicleLike
 
 CHORD_DEVIATION = 1e-3
@@ -52,7 +53,7 @@ class LiftedRows(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CurvedSheet:
+class CurvedSheet(Record):
     """The sheet of level flight of any four rotors over the (α1, α2) plane; tables of forms in u1 and u2.
 
     Parameters

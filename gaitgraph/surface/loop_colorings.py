@@ -21,9 +21,11 @@ from gaitgraph.angles import angles_from
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import checked_choice, wrong
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.matrices import level_determinant, noise_of
+from gaitgraph.invertibility.forms import FloatArray
+from gaitgraph.invertibility.matrices import BoolArray, level_determinant, noise_of
 from gaitgraph.records import Record
 from gaitgraph.surface import sheets
+from gaitgraph.surface.sheets import Sign
 from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE
 from gaitgraph.vehicle import PAPER, VehicleLike
 
@@ -31,9 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
-    from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.invertibility.matrices import BoolArray
-    from gaitgraph.surface.sheets import Sign, SignChoice
+    from gaitgraph.surface.sheets import SignChoice
 
 MOST_LISTED = 16  # in a report, which counts all
 _MOST_DIGITS = 4000
@@ -57,7 +57,7 @@ class Coloring(Record):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ColoringObstacle:
+class ColoringObstacle(Record):
     """Why a loop has no colouring with one sign of R: a "point" has no such root, or a "pair" of neighbours forbids it.
 
     `points` are the numbers of the points concerned, from 1; `types` are the types of the roots that a pair can have.
@@ -158,8 +158,8 @@ def _forbidden(
     return ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Colorings:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Colorings(Record):
     """Every Two-Color-consistent colouring of a closed loop, counted; iterate to list them, lazily.
 
     Colourings with R < 0 come first, then those with R > 0, each in lexicographic order with red before blue. Falsy if

@@ -15,11 +15,13 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely import MultiPolygon
 
 from gaitgraph.angles import HALF_PI, angle_within, angles_from, is_list
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import of_field, shown, wrong
 from gaitgraph.pictured import Pictured
+from gaitgraph.records import Record
 from gaitgraph.texts import table_lines
 from gaitgraph.tolerances import ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import Angle
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     import networkx as nx
-    from shapely import MultiPolygon, Polygon
+    from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.invertibility.forms import FloatArray
@@ -355,7 +357,7 @@ Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, init=False)
-class Zones:
+class Zones(Record):
     """The user's own polygons in the (α1, α2) plane, each a sequence of (α1, α2) [rad, or texts].
 
     The interior of each polygon of `keep_out` is forbidden. If `keep_in` has polygons, the loop must stay in their

@@ -54,12 +54,13 @@ from gaitgraph.angles import (
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import checked_choice, wrong
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.forms import level_of
+from gaitgraph.invertibility.forms import FloatArray, level_of
 from gaitgraph.invertibility.matrices import (
     attitude_sensitivities,
     level_determinant,
     tilt_angles,
 )
+from gaitgraph.records import Record
 from gaitgraph.surface.blocks import roll_block, yaw_block
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.tolerances import (
@@ -73,7 +74,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
-    from gaitgraph.invertibility.forms import FloatArray
 
 CodeArray = npt.NDArray[np.int8]
 Color = Literal["red", "blue"]
@@ -174,7 +174,7 @@ def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArr
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Root:
+class Root(Record):
     """One solution of equations (7) and (8), angles in radians, `types` in ASCII such as ``(+,?)``.
 
     Where rotors lie above or below the centre of mass, the second root is on no plane: `types` and `color` are "none".

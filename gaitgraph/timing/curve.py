@@ -25,6 +25,9 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, shown, wrong
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.given import gait_of
+from gaitgraph.invertibility.coefficients import Coefficients
+from gaitgraph.invertibility.forms import FloatArray
+from gaitgraph.records import Record
 from gaitgraph.surface.sheets import COLORS, sheet_angles, sheet_distances
 from gaitgraph.timing.polynomials import (
     bends_of,
@@ -37,12 +40,10 @@ from gaitgraph.tolerances import (
     DEFAULT_TOLERANCE,
     SAME_ANGLE,
 )
+from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
-    from gaitgraph.invertibility.coefficients import Coefficients
-    from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.vehicle import Vehicle
 
 DEFAULT_CHORD = 1e-6
 """How far a curve may be from the chords that its checks look along [rad in the (α1, α2) plane]."""
@@ -59,7 +60,7 @@ _TIP = 5.0 / 8.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Curve:
+class Curve(Record):
     """A closed curve of tilt angles on one sheet, twice continuously differentiable in its parameter.
 
     :func:`rounded` and :func:`gaitgraph.optimization.optimize.optimal_gait` make curves; nothing is checked here. A
@@ -164,7 +165,7 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RoundedCorner:
+class RoundedCorner(Record):
     """The blend at one corner."""
 
     corner: int  # number in the merged gait, from 0
@@ -175,7 +176,7 @@ class RoundedCorner:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rounding:
+class Rounding(Record):
     """A rounded gait: the curve, the polyline with straight runs merged, the tolerance [rad] and the corners."""
 
     curve: Curve

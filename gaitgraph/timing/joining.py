@@ -32,6 +32,7 @@ from gaitgraph.gait.table import (
     accelerations_of,
     completed_table,
 )
+from gaitgraph.records import Record
 from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import (
@@ -88,7 +89,7 @@ def played(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class RunUp:
+class RunUp(Record):
     """The first periods of a gait whose clock starts slowly; or its last ones, whose clock stops slowly.
 
     `motion` is the gait, `periods` how many of it are run, and `stops` whether the clock stops instead of starting.
@@ -261,7 +262,7 @@ def run_up(motion: TimedGait, *, stops: bool = False) -> RunUp | None:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Course:
+class Course(Record):
     """Motions one after another for a `duration` [s], infinite for a gait that is repeated.
 
     `sections` are timed gaits and run-ups, each with the time of the course and its own time at which it begins [s];

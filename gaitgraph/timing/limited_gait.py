@@ -11,7 +11,8 @@ import numpy.typing as npt
 from gaitgraph.angles import figure
 from gaitgraph.arrays import read_only
 from gaitgraph.gait.table import RATE_UNITS
-from gaitgraph.timing.curve import lifted
+from gaitgraph.invertibility.forms import FloatArray
+from gaitgraph.timing.curve import Curve, Rounding, lifted
 from gaitgraph.timing.polynomials import (
     derivative_of,
     located,
@@ -23,8 +24,6 @@ from gaitgraph.timing.timed_gait import Motion, TimedGait
 if TYPE_CHECKING:
     from gaitgraph import later
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.timing.curve import Curve, Rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,14 +18,15 @@ import numpy.typing as npt
 from gaitgraph.angles import is_list, number_of
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import wrong
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
+from gaitgraph.records import Record
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 from gaitgraph.tolerances import ROUND_OFF
 
 if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
-    from gaitgraph.invertibility.forms import FloatArray
 
 _STEPS = 256  # that the quickest servo's time constant is divided into, at least
 _FEWEST, _MOST_STEPS = 1 << 14, 1 << 21  # of a period
@@ -33,7 +34,7 @@ _LONGEST = 1e6  # lag in periods; beyond it round-off is larger than the settled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ServoResponse:
+class ServoResponse(Record):
     """The settled motion of lagging servos under a timed gait.
 
     The error α_commanded − α_actual, shape (n + 1, 4) [rad], is given at the times `t`, shape (n + 1,) [s], from 0 to

@@ -33,6 +33,7 @@ from gaitgraph.gait.table import (
     Table,
     hover_thrust_columns,
 )
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import level_determinant, mean_hover_powers
 from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import color_codes, text_from_types, types_at
@@ -58,7 +59,6 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.given import GaitLike, GivenGait
     from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import VehicleLike
 
 DEFAULT_SAMPLES = 100

@@ -16,12 +16,12 @@ from gaitgraph.angles import figure, figures_apart
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.pictured import Pictured
 from gaitgraph.records import Record
+from gaitgraph.surface.loop_colorings import Colorings
 from gaitgraph.texts import table_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from gaitgraph.surface.loop_colorings import Colorings
 
 _LIKELY = {
     "rate": 100.0,
@@ -161,7 +161,7 @@ def hover_thrust_text(least: float, largest: float) -> str:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GaitPoint:
+class GaitPoint(Record):
     """A place on a gait: a point, counted from 0, the fraction of the segment to the next one, angles and time.
 
     `noun` is the word for the points of the gait: "row" in a table, "corner", or "chord" of a curve.

@@ -15,13 +15,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitgraph.angles import angle_within, checked_number
-from gaitgraph.arrays import freeze_arrays
+from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.invertibility.coefficients import is_red
-from gaitgraph.invertibility.forms import Sines
-from gaitgraph.invertibility.matrices import hover_thrust_shares, singular_value_rate
+from gaitgraph.invertibility.forms import FloatArray, Sines
+from gaitgraph.invertibility.matrices import (
+    IntArray,
+    hover_thrust_shares,
+    singular_value_rate,
+)
 from gaitgraph.invertibility.segment_bounds import largest_residual
+from gaitgraph.records import Record
 from gaitgraph.surface.sheets import (
     COLORS,
+    CodeArray,
     color_codes,
     color_of,
     neighbors_allowed,
@@ -41,9 +47,7 @@ from gaitgraph.validation.report import Check, GaitPoint, State, state_of
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.coefficients import Coefficients
-    from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.invertibility.matrices import BoolArray, IntArray
-    from gaitgraph.surface.sheets import CodeArray
+    from gaitgraph.invertibility.matrices import BoolArray
     from gaitgraph.validation.wrong_rows import LoneRows, Misreading
     from gaitgraph.vehicle import Vehicle
 
@@ -97,7 +101,7 @@ class Criteria:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Segments:
+class Segments(Record):
     """The straight segments of a gait, between consecutive points.
 
     Parameters
@@ -139,7 +143,7 @@ class Segments:
     @cached_property
     def sines(self) -> Sines:
         """The sines of the tilt angles at the points."""
-        return Sines.of(self.alpha)
+        return Sines(*map(read_only, Sines.of(self.alpha)))
 
     @cached_property
     def on_red(self) -> bool:
