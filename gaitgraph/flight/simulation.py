@@ -593,9 +593,16 @@ def fly(
 
 def _course_of(motion: TimedGait) -> Course:
     """Return the course of a mission, or that which repeats a gait, or runs a path once."""
-    if isinstance(motion, JoinedPath) and motion.course.phases[0] == HOVER:
+    if isinstance(motion, JoinedPath) and motion.phases:
         return motion.course
-    return repeated(motion)
+    if not motion.phases:
+        return repeated(motion)
+    # The rows of a mission, joined by straight lines.
+    return Course(
+        sections=tuple((begin, begin, motion) for _, begin in motion.phases),
+        duration=motion.period,
+        phases=tuple(name for name, _ in motion.phases),
+    )
 
 
 def checked_attitude(attitude: Any) -> tuple[float, float]:

@@ -163,8 +163,10 @@ def cycles(
     Notes
     -----
     The first cycle takes one search for each edge, a tenth of a second on the paper's grid; each further one a search
-    for each of its nodes. The paths found are kept. The number of cycles grows exponentially with their length. The
-    shortest closed walk through given nodes is found by :func:`gaitgraph.graph.walks.closed_walk`.
+    for each of its nodes. The paths found are kept. Cycles of one cost are brought into order before the first is
+    returned, which does not end in practice where many edges cost nothing. The number of cycles grows exponentially
+    with their length. The shortest closed walk through given nodes is found by
+    :func:`gaitgraph.graph.walks.closed_walk`.
 
     Examples
     --------

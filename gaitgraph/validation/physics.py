@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitgraph.angles import distance_to_multiple, figure, figures_apart
 from gaitgraph.gait.table import RATE_CHECKS
-from gaitgraph.invertibility.coefficients import coefficients_of, is_red
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import Form
 from gaitgraph.invertibility.matrices import (
     hover_power_at,
@@ -349,17 +349,15 @@ def _shares_along(
     """Return the least and the largest share of m·g; for a curve their bounds, and 0 if a rotor may idle.
 
     On red the yaw torque m₁ of rotors 1 and 3 depends on α1 alone, m₂ of the others on α2 alone, and so do their lifts
-    f₁ and f₂. The shares are m₂/(2D) and −m₁/(2D) in size, with D = m₁f₂ − f₁m₂. So the diagonal of the box around a
-    curve decides for all of it whether a rotor idles, and the slopes of m and D how far shares differ from those of
-    the chords.
+    f₁ and f₂. The shares are m₂/(2D) and −m₁/(2D) in size, with D = m₁f₂ − f₁m₂. So the slopes of m and D say how far
+    the shares differ from those of the chords.
     """
-    box, beside, vehicle = criteria.extremes, criteria.beside, criteria.vehicle
+    beside, vehicle = criteria.beside, criteria.vehicle
     least, upper, _, _ = brackets.shares[0].worst()
     most = brackets.shares[1].worst()[0]
-    if box is None:
+    if criteria.extremes is None:
         return upper, -most
-    hovers = is_red(box.T).all() and thrusts_push_up(box[:1], box[1:], vehicle).all()
-    if not hovers or not segments.on_red:
+    if not segments.on_red:
         return 0.0, math.inf
     form = Form(yaw_block(vehicle).form[:, :, None, None, None])  # D
     found = least_of_each(segments.starts, segments.ends, [LevelSign(form)], [1e-6])

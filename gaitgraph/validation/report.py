@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from gaitgraph.angles import figure, figures_apart
 from gaitgraph.gait.table import RATE_UNITS
-from gaitgraph.pictured import Pictured
+from gaitgraph.pictured import Pictured, pandas
 from gaitgraph.records import Record
 from gaitgraph.surface.loop_colorings import Colorings
 from gaitgraph.texts import table_lines
@@ -375,6 +375,10 @@ class Report(Pictured):
         power = None if self.hover_power is None else timed.hover_power
         found = self.with_checks(timed.rate_checks())
         return replace(found, hover_power=power, hover_power_over="time")
+
+    def to_pandas(self) -> Any:
+        """Return the checks as a pandas frame, a row for each."""
+        return pandas().DataFrame([check.as_mapping() for check in self.checks])
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the report as plain values, ready for JSON."""
