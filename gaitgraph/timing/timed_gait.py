@@ -615,8 +615,12 @@ def timed_gait_of(
         return source.parametrize(seconds, law=law or DEFAULT_LAW)
     _refuse_flight(source, given.file)
     motion = given.motion
-    if motion is not None and period is None and law is None:
-        return motion
+    if motion is not None and law is None:
+        if period is None:
+            return motion
+        if motion.law == JOINED:
+            checked_clock(period, DEFAULT_LAW)
+            return motion.with_period(period)
     if source.repeats or len(source) == 1:
         return _timed_rows(given, source, period, law)
     with naming_file(given.file):
