@@ -33,7 +33,11 @@ def biased_timed_gait(timed: TimedGait, bias: float) -> TimedGait:
 
 def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
     """Return the course that repeats a gait, from a moment of its period on [s]."""
-    return Course(sections=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
+    return Course(
+        sections=((0.0, begin, timed),),
+        duration=np.inf,
+        phases=("gait",),
+    )
 
 
 def arm_response(

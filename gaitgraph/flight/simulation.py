@@ -271,7 +271,12 @@ class Simulation:
         set_inputs, control = Struct("8d").pack_into, data.ctrl  # faster than an array
         log = array("d")  # faster than lists of numbers
         roll, pitch = attitude
-        engine.place(self.actual[0], roll=roll, pitch=pitch, rates=self._first_rates)
+        engine.place(
+            self.actual[0],
+            roll=roll,
+            pitch=pitch,
+            rates=self._first_rates,
+        )
         failure, sign = None, 0.0
         with engine_warnings():
             for k, (allocation, wanted, errors) in enumerate(self._known()):

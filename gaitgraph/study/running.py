@@ -183,7 +183,12 @@ def run_study(
         say("starting workers" if scheduler is None else "connecting to the scheduler")
         with _client(workers, scheduler) as client:
             _fly_parts(client, study, missing, folder, say)
-    return StudyRun(study=study, folder=folder, flown=todo, table=_rows_of(parts))
+    return StudyRun(
+        study=study,
+        folder=folder,
+        flown=todo,
+        table=_rows_of(parts),
+    )
 
 
 def _open_folder(folder: Path, study: Study) -> None:
