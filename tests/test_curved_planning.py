@@ -6,6 +6,7 @@ import json
 import math
 import re
 import warnings
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -133,17 +134,67 @@ def test_points_of_two_parts_and_outside_points_are_refused_with_numbers() -> No
     assert "hover thrusts must be positive, got -" in str(idle.reason)
     blue = gg.plan_loop([(-0.3, 0.3), (-0.5, 0.3)], vehicle=ODD, color="blue")
     assert "blue" in str(blue.reason)
-    choices: dict[str, Any] = {
-        "method": "grid",
+    refused: dict[str, Any] = {
         "objective": "robust",
         "require": "valid",
+        "servo_margin": 0.1,
     }
-    for name, value in choices.items():
-        with pytest.raises(
-            gg.InputError,
-            match=f"{name} must be '.*' for a vehicle that is not symmetric",
-        ):
+    for name, value in refused.items():
+        with pytest.raises(gg.InputError, match="a vehicle that is not symmetric") as e:
             gg.plan_loop(SQUARE, vehicle=ODD, **{name: value})
+        assert e.value.field == name
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"objective": "robust"}, {"servo_margin": "13deg"}]
+)
+def test_loops_on_the_grid_follow_the_sheet(options: Any) -> None:
+    found = gg.plan_loop(SQUARE, vehicle=ODD, method="grid", **options)
+    assert found.report.flyable
+    alpha = found.gait.alpha
+    for point in SQUARE:
+        assert np.abs(alpha[:, :2] - point).max(axis=1).min() < 1e-12
+    assert curved_sheet(ODD).distances_along(alpha, found.gait.ends).max() < 1.1e-3
+    if options:
+        assert gg.robustness_of(found.gait, curves=0).servo_margin >= math.radians(12.9)
+    shortest = gg.plan_loop(SQUARE, vehicle=ODD)
+    assert shortest.loop is not None
+    assert shortest.loop.length <= found.gait.length
+
+
+def test_a_servo_margin_that_no_grid_keeps_is_refused() -> None:
+    found = gg.plan_loop(SQUARE, vehicle=ODD, method="grid", servo_margin="30deg")
+    assert "separated" in str(found.reason)
+
+
+@KINDS
+def test_cycles_fly_along_the_sheet(vehicle: gg.Vehicle) -> None:
+    graph = gg.surface_graph("positive", vehicle=vehicle, divisions=12)
+    for cycle in islice(gg.cycles(graph, require="flyable"), 5):
+        assert (cycle.color, cycle.valid, cycle.flyable) == ("red", True, True)
+        report = cycle.report
+        assert report.flyable
+        least = report["least_singular_value"].value
+        assert least == pytest.approx(cycle.least_singular_value, abs=1e-4)
+        assert cycle.reachable_from_hover == bool(report.reachable_from_hover)
+        assert str(cycle).count("(") in (3, 4)
+
+
+@KINDS
+def test_a_gait_is_reachable_from_hover_where_a_flyable_path_is_proven(
+    vehicle: gg.Vehicle,
+) -> None:
+    plan = gg.plan_loop(loop_in_region(vehicle), vehicle=vehicle, sign="positive")
+    path = gg.transition("hover", plan.gait)
+    flies_in = bool(path) and path.report.flyable
+    assert plan.report.reachable_from_hover == (flies_in or None)
+    assert ("not decided" in plan.report.reachability) == (not flies_in)
+    assert f"hover: {'yes' if flies_in else 'unknown'}" in plan.report.verdict
+    region = sheet_region(vehicle, sign="negative")
+    if region.components:
+        place = region.components[0].representative_point()
+        posture = gg.lift([(place.x, place.y)], "red", vehicle=vehicle)
+        assert posture.check().reachable_from_hover is False
 
 
 def test_polygons_are_kept_out_of() -> None:
@@ -171,7 +222,7 @@ def test_files_of_a_plan_are_judged_and_flown(
     suffix: str, law: Any, vehicle: gg.Vehicle, tmp_path: Path
 ) -> None:
     plan = gg.plan_loop(SQUARE, vehicle=vehicle, law=law, period=4.0)
-    assert not plan.warnings
+    assert {*plan.warnings} <= {plan.report.reachability}
     path = tmp_path / f"odd.{suffix}"
     timed = plan.timed()
     timed.write(path)
@@ -274,7 +325,7 @@ def test_a_region_of_squares_has_a_least_accuracy() -> None:
 
 
 def test_a_margin_that_no_curved_region_keeps_is_refused() -> None:
-    """A region of any four rotors does not know servo margins: an answer without one would not be what was asked."""
+    """A region of any four rotors does not know servo margins: an answer without one would not be what was requested."""
     with pytest.raises(gg.errors.InputError) as caught:
         gg.location_of([(-0.4, 0.4)], vehicle=ODD, servo_margin="5deg")
     assert caught.value.field == "servo_margin"

@@ -346,18 +346,10 @@ def _prepared(margin: float, margin_floor: float, **asked: Any) -> PreparedRegio
         servo_margin_region,
         singular_value_region,
     )
-    from gaitgraph.surface.curved_region import sheet_region
-    from gaitgraph.surface.region import zones_region
 
-    vehicle, zones = asked["vehicle"], asked["zones"]
-    if vehicle.asymmetry is not None:
-        region = sheet_region(vehicle, sign=asked["sign"], floor=asked["floor"])
-        if zones is not None:
-            region &= zones_region(zones)
-        # Beside a fibre segments from outside the region may lead through it.
-        return PreparedRegion(region, strict=True)
     region = admissible_region(**asked)
-    if margin:
+    is_plane = asked["vehicle"].asymmetry is None
+    if margin and is_plane:
         # Without errors a robust loop keeps more than the floor, with errors the floor.
         region &= servo_margin_region(
             margin,
@@ -370,7 +362,8 @@ def _prepared(margin: float, margin_floor: float, **asked: Any) -> PreparedRegio
         region = region & singular_value_region(
             asked["floor"], asked["vehicle"], accuracy=asked["accuracy"]
         )
-    return PreparedRegion(region)
+    # Beside a fibre of a curved sheet segments from outside the region may lead through it.
+    return PreparedRegion(region, strict=not is_plane)
 
 
 def _most_robust_region(branch: Branch) -> PreparedRegion:

@@ -33,6 +33,7 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.surface.blocks import yaw_block
 from gaitgraph.surface.curved import sheet_of
+from gaitgraph.surface.curved_region import reached_from_hover
 from gaitgraph.surface.sheets import HOVER_LABEL, home_in_words, red_label
 from gaitgraph.tolerances import DEFAULT_TOLERANCE, IDLE_SHARE, SAME_ANGLE
 from gaitgraph.validation.report import (
@@ -456,11 +457,11 @@ def reachability(
     """
     vehicle, alpha = criteria.vehicle, segments.alpha
     exact = coefficients_of(vehicle, "exact")
-    home = f"the component of α = 0 ({home_in_words(vehicle)})"
-    passes = (
-        f"entering from hover (R > 0) passes a singular matrix: plan with sign positive, in {home}, or start the flight "
-        "in the gait"
-    )
+    advice = "plan with sign positive"
+    if vehicle.asymmetry is None:
+        home = f"in the component of α = 0 ({home_in_words(vehicle)})"
+        advice += f", {home}"
+    passes = f"entering from hover (R > 0) passes a singular matrix: {advice}, or start the flight in the gait"
     if fit.on_blue:
         return False, passes
     resolution = noise_of(exact)
@@ -471,6 +472,10 @@ def reachability(
     ).lower.min()
     if not lower > resolution:
         return False, passes
+    if vehicle.asymmetry is not None:
+        if sheet_of(exact.rotors).distances(alpha).max() > DEFAULT_TOLERANCE:
+            return None, "not decided: off the curved sheet, with R > 0"
+        return reached_from_hover(alpha[:, :2], vehicle, criteria.floor)
     if vehicle.hover_exclusions:
         return False, f"{vehicle.hover_exclusions[0]}: start the flight in the gait"
     opposite = np.abs(alpha[:, 2:] - alpha[:, :2])
@@ -479,7 +484,9 @@ def reachability(
     # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
     at_home = (red_label(alpha[:, 0], alpha[:, 1], vehicle) == HOVER_LABEL).all()
     if not at_home or opposite.max() > DEFAULT_TOLERANCE:
-        way = f"no path on the surface from hover to this component of R > 0: plan in {home}"
+        way = (
+            f"no path on the surface from hover to this component of R > 0: plan {home}"
+        )
         return False, way
     if not lower > slack:
         return None, "not decided: too close to R = 0 for chords of this size"
@@ -507,6 +514,8 @@ def report_of(
     sign = sign_of_R(segments, criteria, fit, brackets)
     physics = _physics_of(segments, criteria, fit, brackets)
     checks = [sign, *physics.checks]
+    reachable, reason = reachability(segments, criteria, fit)
+    physics = replace(physics, reachable_from_hover=reachable, reachability=reason)
     if criteria.vehicle.asymmetry is not None:
         notes = (*physics.notes, *_notes_on_sheet(segments, criteria))
         return replace(physics, checks=(closed, *checks, *rates), notes=notes)
@@ -528,24 +537,23 @@ def report_of(
     notes = physics.notes
     if lone.note and not by_lone_rows:
         notes += (lone.note,)
-    reachable, reason = reachability(segments, criteria, fit)
     return replace(
         physics,
         checks=(closed, *following([*checks, *rates], causes)),
-        reachable_from_hover=reachable,
-        reachability=reason,
         notes=notes,
     )
 
 
 def _notes_on_sheet(segments: Segments, criteria: Criteria) -> tuple[str, ...]:
-    """Return a warning if points are off the curved sheet of a vehicle that is not symmetric."""
-    off = sheet_of(criteria.coefficients.rotors).distances(segments.alpha)
+    """Return a warning if segments may be off the curved sheet of a vehicle that is not symmetric."""
+    sheet = sheet_of(criteria.coefficients.rotors)
+    off = sheet.distances_along(segments.starts, segments.ends)
     if off.max() <= DEFAULT_TOLERANCE:
         return ()
     place = segments.place(int(off.argmax()))
     return (
-        f"{off.max():.2g} rad off the curved sheet at {place}: only on it the matrix is invertible at every roll and pitch",
+        f"up to {off.max():.2g} rad off the curved sheet after {place}: only on it the matrix is invertible at every roll "
+        "and pitch",
     )
 
 

@@ -412,15 +412,16 @@ class Report(Pictured):
 
     @property
     def _answers(self) -> str:
+        flyable = _YES[self.flyable]
+        rules = f"Obeys the paper's rules: {_YES[self.valid]}."
         if self.valid is None:
-            flyable = "undecided" if self.flyable is None else _YES[self.flyable]
-            return (
-                f"Flyable: {flyable}. The paper's rules do not apply to this geometry."
-            )
-        flyable, valid, reachable = (
-            _YES[one] for one in (self.flyable, self.valid, self.reachable_from_hover)
-        )
-        return f"Flyable: {flyable}. Obeys the paper's rules: {valid}. Reachable from hover: {reachable}."
+            flyable = "undecided" if self.flyable is None else flyable
+            rules = "The paper's rules do not apply to this geometry."
+        answers = f"Flyable: {flyable}. {rules}"
+        if self.reachability:
+            reachable = _YES[self.reachable_from_hover]
+            answers += f" Reachable from hover: {reachable}."
+        return answers
 
     @property
     def lines(self) -> list[str]:
