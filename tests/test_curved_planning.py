@@ -23,6 +23,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.surface.curved import curved_sheet
 from gaitgraph.surface.curved_region import sheet_region
 from tests import samples
+from tests.samples import loop_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -156,7 +157,7 @@ def test_loops_on_the_grid_follow_the_sheet(options: Any) -> None:
         assert np.abs(alpha[:, :2] - point).max(axis=1).min() < 1e-12
     assert curved_sheet(ODD).distances_along(alpha, found.gait.ends).max() < 1.1e-3
     if options:
-        assert gg.robustness_of(found.gait, curves=0).servo_margin >= math.radians(12.9)
+        assert loop_of(found).servo_margin.proven >= math.radians(12.9)
     shortest = gg.plan_loop(SQUARE, vehicle=ODD)
     assert shortest.loop is not None
     assert shortest.loop.length <= found.gait.length
