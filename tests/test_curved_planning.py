@@ -305,8 +305,7 @@ def test_the_command_plans_on_a_curved_sheet(run: Any, tmp_path: Path) -> None:
     assert run("pace", "own.csv", *limits, "--output", "fast.csv").code == 0
     assert run("transition", "hover", "own.csv").code == 0
     assert run("transition", "fast.csv", "own.csv").code == 0
-    refused = run("pace", "own.csv", *limits, "--rounding", 0.02)
-    assert (refused.code, "rounding must be omitted" in refused.err) == (2, True)
+    assert run("pace", "own.csv", *limits, "--rounding", 0.02).code == 0
 
 
 def test_a_table_of_few_rows_says_how_far_its_chords_leave_the_sheet(
@@ -422,8 +421,49 @@ def test_least_periods_keep_limits_of_all_four_arms(
     slow = gg.paced(tmp_path / "fast.csv", limits, period=2 * timed.period)
     assert slow.timed is not None
     np.testing.assert_allclose(2 * slow.timed.peaks(1), timed.peaks(1))
-    with pytest.raises(gg.InputError, match="rounding must be omitted"):
-        gg.least_period(gait, limits, rounding=0.01)
+
+
+@KINDS
+def test_corners_are_rounded_along_the_sheet(
+    vehicle: gg.Vehicle, tmp_path: Path
+) -> None:
+    corners = loop_in_region(vehicle)
+    gait = gg.plan_loop(corners, vehicle=vehicle, sign="positive").gait
+    size = min(math.dist(corners[0], corners[1]) / 20, 0.01)
+    limits = gg.Limits(rate=[2, 1, 3, 2], acceleration=[9, 9, 6, 12])
+    answer = gg.least_period(gait, limits, rounding=size)
+    timed = answer.timed
+    assert timed is not None
+    assert answer.rounding is not None
+    assert answer.at_rest is not None
+    assert timed.period < answer.at_rest
+    t = np.linspace(0, timed.period, 20_001)
+    motion = timed.at(t)
+    assert curved_sheet(vehicle).distances(motion.alpha).max() < 1e-5
+    run_along = shapely.LineString(motion.alpha[::20, :2])
+    off = shapely.hausdorff_distance(shapely.LinearRing(corners), run_along)
+    assert off == pytest.approx(answer.rounding.deviation, rel=0.01)
+    limited = limits.of_joints(4)
+    assert (np.abs(motion.rates) <= limited[0]).all()
+    assert (np.abs(motion.accelerations) <= limited[1]).all()
+    steps = np.diff(motion.rates, axis=0) / (t[1] - t[0])
+    assert np.abs(steps - motion.accelerations[:-1]).max() < 1.0
+    report = timed.check()
+    assert report.flyable
+    assert report.hover_thrusts is not None
+    shares = hover_thrust_shares(motion.alpha, vehicle)
+    assert report.hover_thrusts[0] <= shares.min()
+    assert report.hover_thrusts[1] >= shares.max()
+    np.testing.assert_allclose(
+        report.hover_thrusts, [shares.min(), shares.max()], atol=1e-3
+    )
+    timed.write(tmp_path / "rounded.csv")
+    again = gg.timing.timed_gait_of(tmp_path / "rounded.csv")
+    np.testing.assert_allclose(again.at(t).alpha, motion.alpha, atol=1e-12)
+    assert gg.certificates.verify(gg.certify(timed)).flyable
+    beside = gg.Gait(alpha=np.array(SQUARE)[:, [0, 1, 0, 1]], vehicle=vehicle)
+    with pytest.raises(gg.InputError, match="must have rows along its curved sheet"):
+        gg.least_period(beside, limits, rounding=size)
 
 
 def test_rows_beside_a_sheet_are_corners_with_rests_of_all_four_arms() -> None:

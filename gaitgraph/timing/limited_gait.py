@@ -139,8 +139,6 @@ class LimitedGait(TimedGait):
         h, gait = self.widths[interval], self.gait
         by_share = values_of(derivative_of(self.tilts, order)[:, interval], local / h)
         tilts = by_share / h[..., None] ** order
-        if tilts.shape[-1] == 4:
-            return np.asarray(tilts)
         color = gait.color or "red"
         return lifted(tilts, color, gait.alpha[0, :2], gait.coefficients, order)
 

@@ -495,17 +495,16 @@ def _routes(
     origin = origin_of(path)
     gait = origin.gait
     tolerance = origin.rounding if rounding is None else rounding
+    known = limits or limits_of(gait.vehicle, origin.limits)
+    corners = gait
+    if not is_lifted(gait):
+        corners = replace(gait.merged(), request=gait.request)
+    resting = _Route(gait=corners, limits=known)
     if gait.vehicle.asymmetry is not None and tolerance is None:
-        corners = gait
-        if not is_lifted(gait):
-            corners = replace(gait.merged(), request=gait.request)
-        known = limits or limits_of(gait.vehicle, origin.limits)
-        return [_Route(gait=corners, limits=known)]
+        return [resting]
     made = rounded(gait, 1e-3 if tolerance is None else tolerance)
     if tolerance is None:
         made = replace(made, tolerance=0.0)
-    known = limits or limits_of(gait.vehicle, origin.limits)
-    resting = _Route(gait=replace(gait.merged(), request=gait.request), limits=known)
     smooth = _Route(
         gait=replace(made.curve.polyline(), request=gait.request),
         limits=known,

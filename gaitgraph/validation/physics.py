@@ -358,6 +358,9 @@ def _shares_along(
     most = brackets.shares[1].worst()[0]
     if criteria.extremes is None:
         return upper, -most
+    if vehicle.asymmetry is not None:
+        off = _change_of_shares(-most, criteria, brackets)
+        return least - off, off - most
     if not segments.on_red:
         return 0.0, math.inf
     form = Form(yaw_block(vehicle).form[:, :, None, None, None])  # D
@@ -370,6 +373,21 @@ def _shares_along(
     off = float(yaw) * beside / (2 * (lift - moved))
     low = least * lift / (lift + moved) - off
     return low, (-most + off) * lift / (lift - moved)
+
+
+def _change_of_shares(most: float, criteria: Criteria, brackets: Brackets) -> float:
+    """Return by how much hover thrusts of a curve differ at most from those of its chords, which are at most `most`.
+
+    They are Nᵢ/R with the zero-moment inputs Nᵢ. The four angles move as for :meth:`Criteria.level_slack`.
+    """
+    slack = criteria.level_slack(criteria.coefficients)
+    rest = float(brackets.level.lower.min()) - slack
+    if not rest > 0:
+        return math.inf
+    inputs = level_of_vehicle(criteria.vehicle).inputs
+    largest = max(float(form.size[0]) for form in inputs)
+    change = largest * math.sqrt(8.0) * criteria.beside
+    return (change + most * slack) / rest
 
 
 def _notes_on_thrust(
