@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from gaitgraph.graph.nodes import Nodes
     from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.invertibility.matrices import BoolArray, IntArray
+    from gaitgraph.invertibility.matrices import IntArray
     from gaitgraph.vehicle import Vehicle
 
 _SINGULAR_VALUE_TOLERANCE = 1e-5
@@ -76,7 +76,7 @@ def edge_attributes(
         # Edges that have their least value in common differ by rounding.
         values = np.round(bounds.upper, 12)
         least[smooth] = _least_of_edges(values, segment, len(pairs))[smooth]
-        fly = segments_fly(first, last, floor, vehicle)
+        fly = segment_bounds.segments_fly(first, last, floor, vehicle)
         flyable[smooth] = _least_of_edges(fly, segment, len(pairs))[smooth] == 1
     columns = {
         "length": np.linalg.norm((ends - starts)[:, :2], axis=1),
@@ -167,25 +167,3 @@ def _least_determinant(
         values[keeps_sign] = np.maximum(np.round(exact.upper, 12), noise)
     least = _least_of_edges(values, chords.segment, count)
     return wanted * np.where(np.isfinite(least), least, 0.0)
-
-
-def segments_fly(
-    starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle
-) -> BoolArray:
-    """Return whether segments on red where R keeps its sign meet the physics along their whole length, shape (m,)."""
-    flies = segment_bounds.thrusts_push_up(starts, ends, vehicle)
-    if vehicle.tilt_range is not None:
-        least, most = np.array(vehicle.tilt_range).T
-        flies &= (np.minimum(starts, ends) >= least - ROUND_OFF).all(axis=1)
-        flies &= (np.maximum(starts, ends) <= most + ROUND_OFF).all(axis=1)
-    if flies.any():
-        flies[flies] = segment_bounds.keeps_singular_value_above(
-            starts[flies], ends[flies], floor, vehicle
-        )
-    share = vehicle.thrust_share
-    if share is not None and flies.any():
-        _, _, largest = segment_bounds.thrust_shares_along(
-            starts[flies], ends[flies], vehicle, each=True
-        )
-        flies[flies] = -largest.lower <= share
-    return flies

@@ -19,6 +19,7 @@ from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import level_of, rotors_of
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
+from gaitgraph.invertibility.segment_bounds import segments_fly
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.region import Condition, Region, region_of
 from gaitgraph.surface.sheets import RELATION, SIGNS
@@ -93,17 +94,28 @@ def reached_from_hover(
 ) -> tuple[bool | None, str]:
     """Return whether a flyable path on the sheet joins hover to one of some (α1, α2), shape (n, 2), and the reason.
 
-    Hover is the point of the sheet above (0, 0). None if no path is found, which is no proof that there is none.
+    Hover is the point of the sheet above (0, 0). None if no path is found, which is no proof that there is none. The
+    straight path to the nearest point is tried first.
     """
-    region = sheet_region(vehicle, floor=floor)
-    unknown = "not decided whether a flight from hover can enter the gait: "
-    home = region.component_of((0.0, 0.0))
-    if home is None:
-        why = region.why_not((0.0, 0.0))
-        return None, f"{unknown}hover on the sheet is not proven to fly: {why}"
-    if shapely.covers(region.components[home], shapely.points(plane)).any():
-        return True, "a flyable path on the sheet joins it to hover"
-    return None, f"{unknown}no flyable path on the sheet joins it to hover"
+    vehicle = vehicle_named(vehicle)
+    unknown = "not decided whether a flight from hover can enter the gait"
+    reason = _Conditions(vehicle, "positive", floor).broken_at(0.0, 0.0)
+    if reason is not None:
+        return None, f"{unknown}: hover on the sheet cannot fly: {reason}"
+    nearest = plane[np.linalg.norm(plane, axis=1).argmin()]
+    way = sheet_of(rotors_of(vehicle)).chords(np.zeros((1, 2)), nearest[None])
+    is_reached = len(way.starts) > 0
+    is_reached &= bool(segments_fly(way.starts, way.ends, floor, vehicle).all())
+    if not is_reached:
+        region = sheet_region(vehicle, floor=floor)
+        home = region.component_of((0.0, 0.0))
+        if home is not None:
+            points = shapely.points(plane)
+            covered = shapely.covers(region.components[home], points)
+            is_reached = bool(covered.any())
+    if not is_reached:
+        return None, f"{unknown}: no flyable path on the sheet was found"
+    return True, "a flyable path on the sheet joins it to hover"
 
 
 def _sides(centers: FloatArray, reach: float) -> FloatArray:
