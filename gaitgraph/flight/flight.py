@@ -575,10 +575,8 @@ class Flight(Pictured):
         rows = []
         errors = self.gait_errors
         if errors is not None:
-            worst = (
-                f"attitude {errors['attitude']:.4f} rad, yaw {errors['yaw']:.4f} rad"
-            )
-            text = f"{worst}, altitude {errors['altitude']:.4f} m at most"
+            attitude, yaw, altitude = np.round(list(errors.values()), 4)
+            text = f"attitude {attitude:g} rad, yaw {yaw:g} rad, altitude {altitude:g} m at most"
             rows.append(("errors of the gait", text))
         if self.peak_tilt is not None:
             share = f"{self.peak_thrust_share:.3g} times a quarter of the weight"
