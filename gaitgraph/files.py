@@ -9,7 +9,7 @@ import shutil
 import tempfile
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from gaitgraph.errors import (
     Advice,
@@ -26,6 +26,8 @@ from gaitgraph.errors import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
 
+    from typing_extensions import TypeIs
+
     Content = bytes | Callable[[Path], None]
 
 T = TypeVar("T")
@@ -41,10 +43,50 @@ def path_of(value: object, what: str) -> Path:
     return Path(value)
 
 
-def text_of(path: Path, what: str) -> str:
-    """Return the text of a UTF-8 file, without a byte-order mark; errors, which call it `what`, as of :func:`reading`."""
-    with reading(path, what):
-        return path.read_text(encoding="utf-8-sig")
+def is_stream(value: object) -> TypeIs[IO[Any]]:
+    """Return whether a value is an open stream, of bytes or of text, which may be given instead of a path."""
+    # Gaits and other answers have a method `write` too, and frames may have a column of any name.
+    methods = (getattr(value, name, None) for name in ("read", "writelines"))
+    return any(map(callable, methods))
+
+
+def content_of(stream: IO[Any], what: str) -> bytes:
+    """Return the rest of a stream, text as UTF-8; InputError or FileProblem, which call it `what`, if it has none."""
+    try:
+        content = stream.read()
+        return content.encode() if isinstance(content, str) else bytes(content)
+    except UnicodeError as error:
+        raise InputError(f"{what} must be UTF-8 text, got other bytes") from error
+    except (AttributeError, OSError, TypeError, ValueError) as error:  # closed, say
+        raise FileProblem(f"{what} cannot be read from the stream: {error}") from error
+
+
+def write_to(stream: IO[Any], content: bytes, what: str, *, is_text: bool) -> None:
+    """Write UTF-8 text to a stream of text or bytes, other content to one of bytes; InputError or FileProblem if not."""
+    try:
+        try:
+            stream.write(content)
+        except TypeError:
+            if not is_text:
+                raise InputError(
+                    f"{what} needs a stream of bytes, got one of text"
+                ) from None
+            stream.write(content.decode())
+    except InputError:
+        raise
+    except (AttributeError, OSError, TypeError, ValueError) as error:  # closed, say
+        raise FileProblem(f"{what} cannot be written to the stream: {error}") from error
+
+
+def text_of(source: Path | IO[Any], what: str) -> str:
+    """Return the text of a UTF-8 file or stream, without a byte-order mark; errors call it `what`."""
+    if is_stream(source):
+        try:
+            return content_of(source, what).decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise InputError(f"{what} must be UTF-8 text, got other bytes") from error
+    with reading(source, what):
+        return source.read_text(encoding="utf-8-sig")
 
 
 @contextlib.contextmanager
@@ -129,12 +171,14 @@ def _different_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return dict(pairs)
 
 
-def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -> T:
-    """Return what `make` returns for the fields of a TOML file, at its top level or in its one table `what`.
+def from_toml_file(
+    source: Path | IO[Any], what: str, make: Callable[[dict[str, Any]], T]
+) -> T:
+    """Return what `make` returns for the fields of a TOML file or stream, at its top level or in its one table `what`.
 
     Raises FileProblem if the file cannot be read; errors of `make` name the file.
     """
-    text = text_of(path, what)
+    text = text_of(source, what)
     try:
         content = table_from_toml(text)
         inner = content.get(what, content)
@@ -147,7 +191,11 @@ def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -
             )
         return make(inner)
     except GaitgraphError as error:
-        raise reworded(error, f"{what} file {str(path)!r}: {error.message}") from error
+        if is_stream(source):
+            raise
+        named = reworded(error, f"{what} file {str(source)!r}: {error.message}")
+        named.path = error.path or str(source)  # of a file that the fields name
+        raise named from error
 
 
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:

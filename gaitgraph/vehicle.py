@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import IO, Any, Literal, get_args
 
 from gaitgraph.angles import (
     angle_from_text,
@@ -39,7 +39,7 @@ from gaitgraph.errors import (
     shown,
     wrong,
 )
-from gaitgraph.files import from_toml_file, table_from_toml
+from gaitgraph.files import from_toml_file, is_stream, table_from_toml
 from gaitgraph.pictured import Pictured
 from gaitgraph.texts import table_lines
 
@@ -989,10 +989,10 @@ def vehicle_in_gait_file(stated: object) -> Vehicle:
     return vehicle_named(stated)  # type: ignore[arg-type]
 
 
-def vehicle_named(vehicle: VehicleLike) -> Vehicle:
+def vehicle_named(vehicle: VehicleLike | IO[Any]) -> Vehicle:
     """Return a preset by name, the vehicle in a TOML file, that of a mapping of constants, or a Vehicle as it is.
 
-    The file holds the field names of :class:`Vehicle`, at the top level or in a ``[vehicle]`` table. Raises InputError
+    The file, or an open stream, holds the field names of :class:`Vehicle`, at the top level or in a ``[vehicle]`` table. Raises InputError
     or FileProblem if the name is unknown, or the file cannot be read or holds something else.
     """
     if isinstance(vehicle, Vehicle):
@@ -1000,6 +1000,8 @@ def vehicle_named(vehicle: VehicleLike) -> Vehicle:
     if isinstance(vehicle, Mapping):
         with inside("vehicle"):
             return vehicle_from_mapping(dict(vehicle))
+    if is_stream(vehicle):
+        return from_toml_file(vehicle, "vehicle", vehicle_from_mapping)
     if not isinstance(vehicle, Path) and not str(vehicle).lower().endswith(".toml"):
         return vehicle_from_mapping({"preset": vehicle})
     path = Path(vehicle)

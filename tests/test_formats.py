@@ -10,6 +10,7 @@ import subprocess
 import sys
 import zipfile
 from dataclasses import replace
+from functools import partial
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from scipy.io import loadmat, savemat
 
 import gaitgraph as gg
 from gaitgraph.errors import FileWarning, MissingExtra
+from gaitgraph.files import is_stream
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table, completed_table
 from gaitgraph.io.columns import table_from_frame
 from gaitgraph.io.exporting import export
@@ -283,17 +285,77 @@ def test_a_stream_takes_the_bytes_of_a_file(suffix: str) -> None:
         (StringIO("t,b\n1,2\n"), "csv", "^gait file 'stream.csv': column 'alpha1'"),
         (StringIO(""), "mcap", "format must be one of .csv, .json"),
         (BytesIO(), "h", "format must be one of .csv, .json, .npz"),
-        ("gait.csv", "csv", "format is for an open stream, got the path"),
-        (StringIO(""), None, "a stream needs its format"),
+        (
+            "gait.csv",
+            "csv",
+            "path must be an open stream beside a format, got 'gait.csv'",
+        ),
+        (StringIO(""), None, "format must be that of the stream, got None; read_table"),
+        (BytesIO(b"\xff"), "json", "gait file 'stream.json' must be UTF-8 text"),
     ],
 )
 def test_errors_about_a_stream_name_no_path(
     source: Any, suffix: str | None, message: str
 ) -> None:
-    with pytest.raises(gg.InputError, match=message):
-        gg.read_table(source, format=suffix)
+    for read in (gg.read_table, gg.gait_of, gg.validate, gg.certify):
+        if is_stream(source):
+            source.seek(0)
+        with pytest.raises(gg.InputError, match=message) as refused:
+            read(source, format=suffix)
+        assert refused.value.path is None
     with pytest.raises(gg.InputError, match=".npz file needs a stream of bytes"):
         PLAN.timed(samples=4).write(StringIO(), format="npz")
+
+
+def both(text: str) -> tuple[StringIO, BytesIO]:
+    return StringIO(text), BytesIO(text.encode("utf-8-sig"))
+
+
+def test_a_stream_stands_for_the_path_of_a_file() -> None:
+    for stream in both("mass = 1.0\narm_length = 0.2\ndrag_to_thrust = 0.01"):
+        assert gg.vehicle_named(stream).arm_length == 0.2
+    for stream in both("[servos]\npreset = 'x_frame'"):
+        assert gg.io.servo_map_named(stream) == gg.io.servo_map_named("x_frame")
+    for stream in both("gaits = ['gait4']"):
+        assert len(gg.study.read_study(stream)) == 1
+    gait, written = gg.lift([(0.4, -0.4), (1.1, -0.4)], "red"), StringIO()
+    timed = gait.parametrize()
+    gg.certify(timed).write(written)
+    timed.write("certified.csv")
+    rows = Path("certified.csv").read_text()
+    for stream in both(written.getvalue()):
+        assert gg.certificates.verify(stream, StringIO(rows), format="csv")
+    for stream in both("alpha1,alpha2,color\n0.4,-0.4,red\n1.1,-0.4,red\n"):
+        assert gg.validate(stream, format="csv").rows == 2
+    moved = gg.transition("hover", gg.lift([(-0.4, 0.4)], "red"))
+    table_written = BytesIO()
+    moved.write(table_written, format="csv")
+    table_written.seek(0)
+    again = gg.read_table(table_written, format="csv")
+    assert len(again) == len(moved.table)
+
+
+@pytest.mark.parametrize(
+    "read",
+    [
+        gg.vehicle_named,
+        gg.io.servo_map_named,
+        gg.study.read_study,
+        gg.certificates.verify,
+        partial(gg.validate, format="csv"),
+        partial(gg.export, gg.lift([(0.4, -0.4)], "red"), format="csv"),
+    ],
+)
+def test_a_stream_that_is_broken_or_closed_is_one_line(read: Any) -> None:
+    closed = StringIO()
+    closed.close()
+    with pytest.raises(gg.errors.FileProblem, match=r"(from|to) the stream: .*closed"):
+        read(closed)
+    if not isinstance(read, partial):
+        with pytest.raises(gg.InputError, match="must be UTF-8 text, got other bytes"):
+            read(BytesIO(b"\xff"))
+        with pytest.raises(gg.InputError, match="it is not TOML|must be JSON"):
+            read(StringIO("{"))
 
 
 # What their own readers read ------------------------------------------------------------------------------------------

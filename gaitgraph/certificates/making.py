@@ -14,7 +14,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,7 +23,13 @@ from gaitgraph.angles import angle_within
 from gaitgraph.certificates import check
 from gaitgraph.certificates.open_paths import GRID, decimal, pieces_along
 from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
-from gaitgraph.files import check_new_files, naming_file, write_whole
+from gaitgraph.files import (
+    check_new_files,
+    is_stream,
+    naming_file,
+    write_to,
+    write_whole,
+)
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import Table, even_times, tilt_angles
 from gaitgraph.invertibility import matrices
@@ -74,8 +80,11 @@ class Certified(Record):
         """The document as JSON, one line."""
         return json.dumps(self.document, separators=(",", ":")) + "\n"
 
-    def write(self, path: str | Path, *, force: bool = False) -> None:
-        """Write the document to a file, whole or not at all."""
+    def write(self, path: str | Path | IO[Any], *, force: bool = False) -> None:
+        """Write the document to a file, whole or not at all, or to an open stream."""
+        if is_stream(path):
+            write_to(path, self.text.encode(), "a certificate", is_text=True)
+            return
         check_certificate(path)
         check_new_files([path], force=force)
         write_whole([(Path(path), self.text.encode())], force=force)
@@ -139,6 +148,7 @@ def certify(
     floor: float = DEFAULT_FLOOR,
     tilt: float | str | None = None,
     timing: bool = True,
+    format: str | None = None,
 ) -> Certified:
     """Return the certificate of a flyable gait, which ``gaitgraph/certificates/check.py`` checks by itself.
 
@@ -155,6 +165,8 @@ def certify(
         Claim that no attitude within this tilt from upright is singular; radians below π/2, or a text such as "30deg".
     timing
         False leaves rates out.
+    format
+        That of an open stream as the gait, "csv" say.
 
     Raises
     ------
@@ -168,7 +180,7 @@ def certify(
     >>> certify(lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red")).document["claims"]["sign_of_R"]["sign"]
     'negative'
     """
-    given = given_gait(gait, vehicle=vehicle, coefficients=coefficients)
+    given = given_gait(gait, vehicle=vehicle, coefficients=coefficients, format=format)
     angle = None
     if tilt is not None:
         angle = angle_within(tilt, "tilt", math.pi / 2 - 1e-6, least=0.0)

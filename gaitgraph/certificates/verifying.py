@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,13 +20,12 @@ from gaitgraph.certificates.check import (
 )
 from gaitgraph.certificates.making import Certified
 from gaitgraph.errors import InputError
-from gaitgraph.files import naming_file, path_of, text_of
-from gaitgraph.gait.table import ANGLES
+from gaitgraph.files import is_stream, naming_file, path_of, text_of
+from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.io.formats import FORMATS, read_table
 from gaitgraph.records import Record
 
 if TYPE_CHECKING:
-    from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import Vehicle
 
@@ -91,17 +90,20 @@ class Verified(Record):
 
 
 def verify(
-    certificate: str | Path | Certified, table: str | Path | None = None
+    certificate: str | Path | IO[Any] | Certified,
+    table: str | Path | IO[Any] | None = None,
+    *,
+    format: str | None = None,
 ) -> Verified:
     """Return what a certificate proves, and whether each row of a table is on its curve at the row's time.
 
     Parameters
     ----------
     certificate
-        The path of a certificate, or one that was made or stored.
+        The path of a certificate, an open stream, or one that was made or stored.
     table
-        The path of a gait file of any format that is read, servo tables included; by default the one that lies beside the
-        certificate, gait.csv beside gait.cert.json, if there is one.
+        The path of a gait file of any format that is read, servo tables included, or an open stream with its `format`,
+        "csv" say; by default the one that lies beside the certificate, gait.csv beside gait.cert.json, if there is one.
 
     Raises
     ------
@@ -114,8 +116,11 @@ def verify(
     more, and in a bag by what half a nanosecond explains.
     """
     path = None
+    named = "certificate"
     if isinstance(certificate, Certified):
-        named, text = "certificate", certificate.text
+        text = certificate.text
+    elif is_stream(certificate):
+        text = text_of(certificate, "certificate")
     else:
         path = path_of(certificate, "certificate")
         named, text = f"certificate {str(path)!r}", text_of(path, "certificate")
@@ -128,23 +133,22 @@ def verify(
         table = table_beside(path)
     if table is None:
         return Verified(found=found)
+    name = "the table" if is_stream(table) else str(table)
     try:
-        rows = read_table(table)
+        rows = read_table(table, format=format)
     except InputError as error:
         if error.field != "t":
             raise
-        return Verified(found=found, table=str(table), off=str(error))
+        return Verified(found=found, table=name, off=str(error))
     with naming_file(table):
         if "t" not in rows or "alpha3" not in rows:
             raise InputError("a table that is compared must have t and four angles")
         try:
-            off, between = held_against(text, *_exact_rows(rows, Path(table)))
+            off, between = held_against(text, *_exact_rows(rows, Path(name)))
             off = off or _other_kind(found["path"], rows)
         except ValueError as error:
             raise InputError(f"{named}: {error}") from None
-    return Verified(
-        found=found, table=str(table), rows=len(rows), off=off, between=between
-    )
+    return Verified(found=found, table=name, rows=len(rows), off=off, between=between)
 
 
 def _other_kind(path: str, rows: Table) -> str:

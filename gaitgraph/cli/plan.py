@@ -26,6 +26,7 @@ from gaitgraph.cli.options import (
 from gaitgraph.cli.output import (
     certificates_beside,
     check_outputs,
+    lines_of_outputs,
     show,
     working,
     write_outputs,
@@ -91,25 +92,25 @@ def plan_command(
     from gaitgraph.timing.timed_gait import checked_clock, table_of
 
     check_outputs(outputs, force=force)
-    certificates = certificates_beside(outputs, certify=certify, force=force)
+    certificates = certificates_beside(outputs, force=force) if certify else []
     request, sampling = request_of(request_file, needs_waypoints=True)
     checked_clock(request.period, request.law, **sampling)
-    written: list[object] = []
+    written: list[str] = []
     with working("planning") as progress:
         answer = plan(request, progress=progress)
         if answer and outputs:
             progress(f"writing {', '.join(outputs)}")
             timed = answer.timed(**sampling)
-            if certificates:
-                certificate = making.certify(timed, floor=request.floor)
+            certified = [
+                (path, making.certify(timed, floor=request.floor))
+                for path in certificates
+            ]
             table = table_of(timed)
             write_outputs(table, outputs, force=force, rate=sampling.get("rate"))
-            for path in certificates:
+            for path, certificate in certified:
                 certificate.write(path, force=force)
-            written = [*outputs, *certificates]
+            written = [*outputs, *map(str, certificates)]
     if answer.advice == VALID_LOOPS.python:
         answer = replace(answer, advice=VALID_LOOPS.command_line)
-    lines = [f"wrote {name}" for name in written]
-    if written:
-        lines.insert(0, "")
+    lines = ["", *lines_of_outputs(written)] if written else []
     return show(answer, lines=lines)

@@ -25,12 +25,15 @@ from gaitgraph.cli.options import (
 from gaitgraph.cli.output import (
     certificates_beside,
     check_outputs,
+    lines_of_outputs,
     show,
     working,
     write_outputs,
 )
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from gaitgraph.invertibility.coefficients import Kind
     from gaitgraph.timing.servo_lag import ServoResponse
     from gaitgraph.timing.time_optimal import Origin
@@ -87,14 +90,11 @@ def transition_command(
             vehicle=vehicle,
             coefficients=coefficients,
         )
-        if not answer:
-            return show(answer)
-        is_wanted = getattr(answer.report, require)
-        lines = []
-        if outputs and is_wanted:
-            write_outputs(answer.table, outputs, force=force)
-            lines = [f"wrote {name}" for name in outputs]
-    return show(answer, lines=lines, ok=is_wanted)
+        is_wanted = bool(answer) and (require == "valid" or answer.report.flyable)
+        written = outputs if is_wanted else ()
+        if written:
+            write_outputs(answer.table, written, force=force)
+    return show(answer, lines=lines_of_outputs(written), ok=is_wanted)
 
 
 @click.command(
@@ -179,7 +179,9 @@ def pace_command(
     from gaitgraph.validation.worst import both
 
     check_outputs(outputs, force=force)
-    certificates = certificates_beside(outputs, certify=certify, force=force)
+    certificates: list[Path] = []
+    if certify:
+        certificates = certificates_beside(outputs, force=force)
     with working(f"reading {gait_file}") as progress:
         origin = _origin_of(gait_file, vehicle, coefficients)
         progress("pacing")
@@ -191,13 +193,13 @@ def pace_command(
             acceleration=max_acceleration,
             jerk=max_jerk,
         )
-        find_law = least_period if period is None else partial(paced, period=period)
-        if rounding is None:
-            rounding = origin.rounding
+        find_law = least_period
+        if period is not None:
+            find_law = partial(paced, period=period)
         pacing = find_law(
             origin.gait,
             limits,
-            rounding=rounding,
+            rounding=origin.rounding if rounding is None else rounding,
             samples=samples,
             rate=rate,
             progress=progress,
@@ -205,13 +207,18 @@ def pace_command(
         warnings = unlikely_limits(pacing.limits.as_mapping())
         lines = [f"warning: {warning}" for warning in warnings]
         timed = pacing.timed
-        more: dict[str, Any] = {"servo": None, "outputs": [], "warnings": warnings}
         if timed is None:
-            more |= dict.fromkeys(verdict_of(None))
+            more = {
+                **dict.fromkeys(verdict_of(None)),
+                "servo": None,
+                "outputs": [],
+                "warnings": warnings,
+            }
             return show(pacing, more=more, lines=lines)
         table = table_of(timed)
         report = both(timed.check(), validate(table))
-        is_refused = bool(outputs) and not (getattr(report, require) or anyway)
+        is_wanted = report.flyable if require == "flyable" else report.valid
+        is_refused = bool(outputs) and not (is_wanted or anyway)
         if is_refused:
             lines.append("nothing is written")
             outputs = ()
@@ -224,17 +231,19 @@ def pace_command(
         response = _response_of(timed, servo_lag)
         if response is not None:
             lines.append(f"  {response}")
-            more["servo"] = response.as_mapping()
-        if certificates:
-            certificate = making.certify(timed)
+        certified = [(path, making.certify(timed)) for path in certificates]
         if outputs:
             write_outputs(table, outputs, force=force, rate=rate)
-        for path in certificates:
-            certificate.write(path, force=force)
         lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
-        lines += [f"wrote {path}" for path in certificates]
-    more |= verdict_of(report)
-    more |= {"outputs": list(outputs), "warnings": warnings + new_warnings}
+        for path, certificate in certified:
+            certificate.write(path, force=force)
+            lines.append(f"wrote {path}")
+    more = {
+        **verdict_of(report),
+        "servo": None if response is None else response.as_mapping(),
+        "outputs": list(outputs),
+        "warnings": [*warnings, *new_warnings],
+    }
     return show(pacing, more=more, lines=lines, ok=bool(pacing) and not is_refused)
 
 
@@ -261,9 +270,5 @@ def _response_of(timed: TimedGait, servo_lag: float | None) -> ServoResponse | N
     """Return how lagging servos follow; None if neither the lag nor the vehicle states their time constant."""
     from gaitgraph.timing.servo_lag import servo_response
 
-    lag: Any = servo_lag
-    if lag is None:
-        lag = timed.gait.vehicle.servo_lag
-    if lag is None:
-        return None
-    return servo_response(timed, lag)
+    lag = timed.gait.vehicle.servo_lag if servo_lag is None else servo_lag
+    return None if lag is None else servo_response(timed, lag)

@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeGuard
+from typing import IO, TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeGuard
 
 import numpy as np
 
 from gaitgraph import later
 from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import Infeasible, wrong
-from gaitgraph.files import naming_file
+from gaitgraph.files import is_stream, naming_file
 from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
 from gaitgraph.gait.table import (
     ANGLES,
@@ -190,7 +190,8 @@ class GivenGait:
 
 if TYPE_CHECKING:
     GaitLike: TypeAlias = (
-        Gait
+        IO[Any]
+        | Gait
         | later.TimedGait
         | Answer
         | GivenGait
@@ -209,14 +210,19 @@ def given_gait(
     coefficients: CoefficientsLike | None = None,
     name: str = "gait",
     once: bool = True,
+    format: str | None = None,
 ) -> GivenGait:
     """Return a gait that was handed over in any form.
 
     A vehicle and coefficients are for rows and for "gait1" to "gait4"; another gait has its own. What rows state of
-    their motion is compared with them, see :mod:`gaitgraph.timing.statement`. A GivenGait stays as it is. `once` is whether a path that is run once
-    is taken; `name` is the argument's name in messages. Raises InputError if it is no gait, FileProblem if a file
+    their motion is compared with them, see :mod:`gaitgraph.timing.statement`. A GivenGait stays as it is. `once` is
+    whether a path that is run once is taken; `name` is the argument's name in messages. With a `format`, "csv" say, the
+    gait is an open stream, which :func:`gaitgraph.io.formats.read_table` reads. Raises InputError if it is no gait, FileProblem if a file
     cannot be read, and Infeasible if an answer has no timed gait.
     """
+    if format is not None or is_stream(gait):
+        stream: Any = gait
+        gait = later.read_table(stream, format=format)
     given = gait
     if not isinstance(given, GivenGait):
         given = _given(gait, vehicle, coefficients, name)
@@ -248,7 +254,7 @@ def _given(
     file = gait if isinstance(gait, (str, Path)) else None
     return GivenGait(
         source=_table_of(gait, name),
-        vehicle=vehicle,
+        vehicle=None if vehicle is None else vehicle_named(vehicle),
         coefficients=coefficients,
         file=file,
     )
@@ -287,6 +293,7 @@ def gait_of(
     *,
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
+    format: str | None = None,
 ) -> Gait:
     """Return the closed polyline of a gait in any form; of a table straight runs are merged.
 
@@ -298,5 +305,7 @@ def gait_of(
     >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
     [0.4, 0.9]
     """
-    chosen = given_gait(gait, vehicle=vehicle, coefficients=coefficients, once=False)
+    chosen = given_gait(
+        gait, vehicle=vehicle, coefficients=coefficients, once=False, format=format
+    )
     return chosen.gait

@@ -9,8 +9,8 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.errors import Advice, Infeasible, InputError, checked_choice
-from gaitgraph.files import naming_file
+from gaitgraph.errors import Advice, Infeasible, checked_choice
+from gaitgraph.files import is_stream, naming_file
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -22,7 +22,12 @@ from gaitgraph.gait.table import (
     surface_of,
     warn_of_ends,
 )
-from gaitgraph.io.formats import check_outputs, read_table, write_tables
+from gaitgraph.io.formats import (
+    check_outputs,
+    read_table,
+    suffix_of_stream,
+    write_tables,
+)
 from gaitgraph.io.servo_map import clipped_rows, servo_map_named
 from gaitgraph.records import Record
 from gaitgraph.timing.joining import vehicle_within
@@ -69,19 +74,12 @@ def _retimed(
         seconds = motion.period if period is None else period
         count = checked_clock(seconds, DEFAULT_LAW, **sampling)
         rows = completed_table(table, **chosen)
-        sampled = _sampled(rows, table, count if resampled else None, seconds)
-        phases = motion.with_period(seconds).phases
-        if not phases:
-            return sampled
-        stated = {"phases": [list(phase) for phase in phases]}
-        return replace(sampled, about=sampled.about | stated)
+        return _sampled(rows, table, count if resampled else None, seconds)
     if keeps_motion and period is not None:
         checked_clock(period, DEFAULT_LAW)
         motion = motion.with_period(period)
     elif period is not None or law is not None:
         motion = timed_gait_of(table, **chosen, period=period, law=law)
-    if keeps_motion and not resampled:
-        return motion
     return replace(
         motion, samples=checked_clock(motion.period, DEFAULT_LAW, **sampling)
     )
@@ -189,14 +187,12 @@ def export(
         If it is not, with the reason; then nothing is written.
     """
     paths: list[Any] = [outputs]
-    if hasattr(outputs, "write") and format is None:
-        raise InputError(
-            'format must be that of the stream, "csv" say, got None', field="format"
-        )
-    if not isinstance(outputs, str) and format is None:
-        with suppress(TypeError):  # one path, or no path at all
-            paths = list(outputs)  # type: ignore[arg-type]
-    if format is None:
+    if is_stream(outputs) or format is not None:
+        suffix_of_stream(outputs, format, "write")
+    else:
+        if not isinstance(outputs, str):
+            with suppress(TypeError):  # one path, or no path at all
+                paths = list(outputs)  # type: ignore[arg-type]
         check_outputs(paths, force=force, periods=periods)
     chosen: dict[str, Any] = {"vehicle": vehicle, "coefficients": coefficients}
     sampling: dict[str, Any] = {"samples": samples, "rate": rate}

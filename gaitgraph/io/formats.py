@@ -6,12 +6,12 @@ The libraries of an extra are loaded by the functions that need them.
 
 from __future__ import annotations
 
+import os
 import warnings
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
-from io import TextIOBase
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from gaitgraph.angles import whole_number
 from gaitgraph.errors import (
     FileWarning,
+    GaitgraphError,
     InputError,
     MissingExtra,
     OutputExists,
@@ -26,14 +27,20 @@ from gaitgraph.errors import (
     checked_choice,
     did_you_mean,
     needs_extra,
+    reworded,
+    shown,
+    wrong,
 )
 from gaitgraph.files import (
     check_new_files,
+    content_of,
+    is_stream,
     naming_file,
     path_of,
     reading,
     text_of,
     value_from_json,
+    write_to,
     write_whole,
 )
 from gaitgraph.gait.table import Table, repeated, surface_of
@@ -45,7 +52,7 @@ from gaitgraph.io.columns import (
 from gaitgraph.io.servo_map import mapped_table, servo_map_named
 from gaitgraph.surface.curved import CHORD_DEVIATION, sheet_of
 from gaitgraph.timing.statement import checked
-from gaitgraph.tolerances import DEFAULT_TOLERANCE, SAME_ANGLE
+from gaitgraph.tolerances import DEFAULT_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -220,11 +227,14 @@ def write_tables(
     check_kind("table", table, Table)
     check_kind("paths", paths, list, tuple)
     servo_map = None if servos is None else servo_map_named(servos)
-    if format is not None:
-        for stream in paths:
+    if format is not None or any(map(is_stream, paths)):
+        streams: Sequence[Any] = paths
+        for stream in streams:
             with _file_for(stream, format, "write") as file:
                 write_tables(table, [file], periods=periods, servos=servo_map)
-                _copy_to(stream, file)
+                is_text = file.suffix not in _BINARY
+                what = f"a {file.suffix} file"
+                write_to(stream, file.read_bytes(), what, is_text=is_text)
         return
     named = [path_of(path, "output") for path in paths]
     check_outputs(named, force=force, periods=periods)
@@ -247,9 +257,9 @@ def _warn_of_chords(table: Table) -> None:
     if rotors.asymmetry is None or len(table) == 1:
         return
     sheet, alpha = sheet_of(rotors), table.alpha
-    off = sheet.distances_along(alpha[:-1], alpha[1:]).max()
+    off = float(sheet.distances((alpha[1:] + alpha[:-1]) / 2).max())
     is_on_sheet = sheet.distances(alpha).max() <= DEFAULT_TOLERANCE
-    if is_on_sheet and off > CHORD_DEVIATION + SAME_ANGLE:
+    if is_on_sheet and off > CHORD_DEVIATION:
         warnings.warn(
             f"straight lines between the {len(table)} rows leave the curved sheet by up to {off:.2g} rad; more samples "
             "are nearer",
@@ -259,36 +269,33 @@ def _warn_of_chords(table: Table) -> None:
 
 
 @contextmanager
-def _file_for(stream: object, format: str, task: str) -> Iterator[Path]:
-    """Give a path of the format, in a folder of its own, for what a stream holds."""
-    if isinstance(stream, (str, Path)):
-        raise InputError(f"format is for an open stream, got the path {str(stream)!r}")
+def _file_for(stream: object, format: str | None, task: str) -> Iterator[Path]:
+    """Give a path of the format, in a folder of its own, for what a stream holds; errors name no path."""
+    suffix = suffix_of_stream(stream, format, task)
+    with TemporaryDirectory() as folder:
+        try:
+            yield Path(folder) / f"stream{suffix}"
+        except GaitgraphError as error:
+            named = reworded(error, error.message.replace(f"{folder}{os.sep}", ""))
+            named.path = None
+            raise named from error
+
+
+def suffix_of_stream(stream: object, format: str | None, task: str) -> str:
+    """Return the suffix of the format in which a stream is read or written; InputError if it is none."""
+    if not is_stream(stream):
+        got = f"{shown(stream)} and the format {shown(format)}"
+        raise wrong("path", "must be an open stream beside a format", stream, got=got)
+    if format is None:
+        hint = "; read_table(stream, format='csv') reads one"
+        raise wrong("format", "must be that of the stream", None, hint)
     suffix = f".{str(format).lower().removeprefix('.')}"
     files = []
     for known, form in FORMATS.items():
         if not form.folder and (form.reads or task == "write"):
             files.append(known)
     checked_choice("format", suffix, files)
-    with TemporaryDirectory() as folder:
-        yield Path(folder) / f"stream{suffix}"
-
-
-def _copy_to(stream: Any, file: Path) -> None:
-    """Write the content of a file to a stream of bytes, or of text."""
-    if isinstance(stream, TextIOBase):
-        if file.suffix in _BINARY:
-            raise InputError(
-                f"a {file.suffix} file needs a stream of bytes, got one of text"
-            )
-        stream.write(file.read_text(encoding="utf-8"))
-    else:
-        stream.write(file.read_bytes())
-
-
-def _copy_from(stream: Any, file: Path) -> None:
-    """Write the content of a stream to a file."""
-    content = stream.read()
-    file.write_bytes(content.encode() if isinstance(content, str) else content)
+    return suffix
 
 
 def _table_in(
@@ -357,18 +364,21 @@ def read_table(
     `joints` describes the columns of a servo table from elsewhere, as `servos` of :func:`write_tables`; ours state them.
     Raises FileProblem if the file cannot be read, and InputError, with file and place, if it holds no gait table.
     """
-    if format is None:
-        if hasattr(path, "read"):
-            raise InputError("a stream needs its format, such as format='csv'")
-        name = path_of(path, _WHAT)
-        table = unchecked_table(name, joints=joints)
-    else:
-        with _file_for(path, format, "read") as file:
-            _copy_from(path, file)
-            name = Path(file.name)
-            table = unchecked_table(file, joints=joints, name=name)
-    with naming_file(name):
-        return checked(table, name)
+    if format is None and not is_stream(path):
+        return _checked_table(path_of(path, _WHAT), joints)
+    stream: Any = path
+    with _file_for(stream, format, "read") as file:
+        file.write_bytes(content_of(stream, _WHAT))
+        return _checked_table(file, joints, Path(file.name))
+
+
+def _checked_table(
+    path: Path, joints: ServoMapLike | None, name: Path | None = None
+) -> Table:
+    """Return the table of a file, compared with what it states; messages use the `name` instead of the path."""
+    table = unchecked_table(path, joints=joints, name=name)
+    with naming_file(name or path):
+        return checked(table, name or path)
 
 
 def unchecked_table(

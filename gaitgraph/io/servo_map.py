@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import IO, TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,7 @@ from gaitgraph.errors import (
     shown,
     wrong,
 )
-from gaitgraph.files import from_toml_file
+from gaitgraph.files import from_toml_file, is_stream
 from gaitgraph.gait.digits import Digits, digits_of
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -550,16 +550,18 @@ ServoMapLike = ServoMap | str | Path | Mapping[str, Any]
 """What may be given for a servo map: see :func:`servo_map_named`."""
 
 
-def servo_map_named(servos: ServoMapLike) -> ServoMap:
+def servo_map_named(servos: ServoMapLike | IO[Any]) -> ServoMap:
     """Return a preset by name, the map in a TOML file, that of a mapping of fields, or a ServoMap as it is.
 
-    The file holds what :func:`servo_map_from_mapping` takes, at the top level or in a ``[servos]`` table, with joints
+    The file, or an open stream, holds what :func:`servo_map_from_mapping` takes, at the top level or in a ``[servos]`` table, with joints
     as ``[[joint]]``. Raises InputError, or FileProblem if the file cannot be read.
     """
     if isinstance(servos, ServoMap):
         return servos
     if isinstance(servos, Mapping):
         return servo_map_from_mapping(servos)
+    if is_stream(servos):
+        return from_toml_file(servos, "servos", servo_map_from_mapping)
     if not isinstance(servos, Path) and not str(servos).lower().endswith(".toml"):
         return servo_map_from_mapping({"preset": servos})
     path = Path(servos)

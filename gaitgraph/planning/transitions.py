@@ -15,7 +15,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.region import Requirement
     from gaitgraph.surface.sheets import Color
     from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
 _MOST_CORNERS = 16
 _DURATION = 1.0
@@ -176,9 +176,15 @@ class Transition(Pictured):
             }
         return table_of(self.timed, about)
 
-    def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
+    def write(
+        self,
+        *paths: str | Path | IO[Any],
+        force: bool = False,
+        periods: int = 1,
+        format: str | None = None,
+    ) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
-        write_tables(self.table, paths, force=force, periods=periods)
+        write_tables(self.table, paths, force=force, periods=periods, format=format)
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
@@ -553,7 +559,8 @@ def _shortest(first: Gait, last: Gait, floor: float) -> _Path | str:
     else:
         pairs.sort(key=lambda pair: (pair.distance, pair.leaves, pair.joins))
 
-    for require in _requirements(first.vehicle, color):
+    requirements: tuple[Requirement, ...] = ("flyable", "valid")
+    for require in requirements if color == "red" else requirements[1:]:
         best: Leg | None = None
         for pair in pairs:
             if best is not None and pair.distance >= best.length:
@@ -569,15 +576,6 @@ def _shortest(first: Gait, last: Gait, floor: float) -> _Path | str:
             alpha = np.vstack([ends[0], path.alpha[1:-1], ends[1]])
             return _Path(alpha, joined.leaves, joined.joins)
     return f"none was found on the {color} sheet with this sign of R, between any of the corners tried"
-
-
-def _requirements(vehicle: Vehicle, color: Color) -> list[Requirement]:
-    """Return what paths must be, the best first."""
-    if color == "blue":
-        return ["valid"]
-    if vehicle.asymmetry is not None:
-        return ["flyable"]
-    return ["flyable", "valid"]
 
 
 def _leg(

@@ -92,6 +92,7 @@ def validate(
     floor: float = DEFAULT_FLOOR,
     angle_rounding: float | None = None,
     crossing_tolerance: float | None = None,
+    format: str | None = None,
 ) -> Report:
     """Return every check of a gait; with times also those of tilt rates and accelerations.
 
@@ -107,6 +108,8 @@ def validate(
         `tolerance` of which they lie.
     crossing_tolerance
         For tables and files: distance from a crossing line within which a plane type is `?` [rad]; π/32 by default.
+    format
+        That of an open stream as the gait, "csv" say.
 
     Returns
     -------
@@ -133,7 +136,7 @@ def validate(
     >>> bool(report), report.flyable, report["R_sign"].decided, report.listing.count
     (True, False, False, 2)
     """
-    given = given_gait(gait, vehicle=vehicle, coefficients=coefficients)
+    given = given_gait(gait, vehicle=vehicle, coefficients=coefficients, format=format)
     limits: CheckOptions = {
         "tolerance": tolerance,
         "floor": floor,
