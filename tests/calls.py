@@ -86,7 +86,6 @@ CALLS: dict[str, dict[str, Any]] = {
     "io.table_from_frame": {"frame": dict(TABLE.columns)},
     "io.write_tables": {"table": TABLE, "paths": ["a.csv"], "force": True},
     "planning.Replanner": {"rate": 5.0},
-    "plots.draw": {"name": "2"},
     "plots.gait_loop": A_GAIT,
     "plots.regions_map": {},
     "plots.roll_pitch_diagram": A_GAIT,

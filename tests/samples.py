@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import os
 from dataclasses import replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -81,6 +82,12 @@ STANDING = ODD.replace(
     rotor_positions=[[0.3, 0, 0.06], [0, 0.35, 0], [-0.2, -0.05, 0], [0.05, -0.3, 0.1]],
     spins=LEANING.spins,
 )
+
+
+def seeds(few: int) -> range:
+    """Return the seeds of random cases: a few, or as many as the variable CASES of the environment says."""
+    return range(int(os.environ.get("CASES", few)))
+
 
 RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
 HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)

@@ -102,20 +102,26 @@ def test_a_graph_keeps_its_contract_and_its_edges_are_those_of_the_physics(
     )
     assert all("types" not in data for _, data in graph.nodes(data=True))
     geometry, flyable = Geometry.of_vehicle(vehicle), 0
+    sheet, shares = gg.surface.curved_sheet(vehicle), np.linspace(0, 1, 801)[:, None]
     for a, b, data in graph.edges(data=True):
         start, end = (
             np.array([graph.nodes[name][f"alpha{k}"] for k in range(1, 5)])
             for name in (a, b)
         )
-        assert data["continuous"] == (np.abs(end - start).max() <= np.pi / 2)
-        chord = start + np.linspace(0, 1, 21)[:, None] * (end - start)
+        plane = start[:2] + shares * (end - start)[:2]
+        opposite = np.unwrap(sheet.angles(*plane.T), axis=0, period=np.pi)
+        opposite += start[2:] - opposite[0]
+        if np.abs(np.diff(opposite, axis=0)).max() > 0.1:
+            continue  # it turns beside a fibre, too fast for these samples
+        jump = np.abs(opposite[-1] - end[2:]).max()
+        assert data["jump"] == pytest.approx(np.rint(jump / np.pi) * np.pi)
         if data["least_singular_value"]:
-            least = geometry.least_singular_value(chord).min()
-            assert least >= data["least_singular_value"] - 1e-5
-            assert least <= data["least_singular_value"] * 1.05 + 1e-3
+            least = geometry.least_singular_value(np.hstack([plane, opposite])).min()
+            assert least == pytest.approx(data["least_singular_value"], abs=2e-3)
         if data["flyable"]:
             flyable += 1
-            assert gg.validate(chord[:3], vehicle=vehicle).flyable
+            rows = np.hstack([plane, opposite])[::40]
+            assert gg.validate(rows[:10], vehicle=vehicle).flyable
     assert flyable > 20 or sign == "negative"
 
 
@@ -256,8 +262,10 @@ def test_a_symmetric_vehicle_in_a_file_is_planned_certified_and_flown(
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: gg.admissible_region(ODD),
-        lambda: gg.cycles(gg.surface_graph("positive", vehicle=ODD, divisions=4)),
+        lambda: gg.admissible_region(ODD, require="valid"),
+        lambda: gg.admissible_region(ODD, color="blue"),
+        lambda: gg.optimal_gait(LOOP, vehicle=ODD),
+        lambda: gg.planning.Replanner(ODD),
     ],
 )
 def test_planes_are_refused_with_the_pair_that_differs(

@@ -144,7 +144,6 @@ WRONG: dict[str, list[Any]] = {
     "TimedGait.period": [-1.0, NAN, INF],
     "TimedGait.samples": [0, 10**8],
     "io.Joint.sign": [0, 2, "1"],
-    "plots.draw.gait": NO_GAIT[1:],
     "plots.write_figures.gait": NO_GAIT[1:],
     "planning.Replanner.rate": [*NO_NUMBERS, 0.0],
     "robustness.servo_margin.tolerance": [*NOT_POSITIVE, 1.01],

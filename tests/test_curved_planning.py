@@ -6,6 +6,7 @@ import json
 import math
 import re
 import warnings
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.surface.curved import curved_sheet
 from gaitgraph.surface.curved_region import sheet_region
 from tests import samples
+from tests.samples import loop_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -133,17 +135,67 @@ def test_points_of_two_parts_and_outside_points_are_refused_with_numbers() -> No
     assert "hover thrusts must be positive, got -" in str(idle.reason)
     blue = gg.plan_loop([(-0.3, 0.3), (-0.5, 0.3)], vehicle=ODD, color="blue")
     assert "blue" in str(blue.reason)
-    choices: dict[str, Any] = {
-        "method": "grid",
+    refused: dict[str, Any] = {
         "objective": "robust",
         "require": "valid",
+        "servo_margin": 0.1,
     }
-    for name, value in choices.items():
-        with pytest.raises(
-            gg.InputError,
-            match=f"{name} must be '.*' for a vehicle that is not symmetric",
-        ):
+    for name, value in refused.items():
+        with pytest.raises(gg.InputError, match="a vehicle that is not symmetric") as e:
             gg.plan_loop(SQUARE, vehicle=ODD, **{name: value})
+        assert e.value.field == name
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"objective": "robust"}, {"servo_margin": "13deg"}]
+)
+def test_loops_on_the_grid_follow_the_sheet(options: Any) -> None:
+    found = gg.plan_loop(SQUARE, vehicle=ODD, method="grid", **options)
+    assert found.report.flyable
+    alpha = found.gait.alpha
+    for point in SQUARE:
+        assert np.abs(alpha[:, :2] - point).max(axis=1).min() < 1e-12
+    assert curved_sheet(ODD).distances_along(alpha, found.gait.ends).max() < 1.1e-3
+    if options:
+        assert loop_of(found).servo_margin.proven >= math.radians(12.9)
+    shortest = gg.plan_loop(SQUARE, vehicle=ODD)
+    assert shortest.loop is not None
+    assert shortest.loop.length <= found.gait.length
+
+
+def test_a_servo_margin_that_no_grid_keeps_is_refused() -> None:
+    found = gg.plan_loop(SQUARE, vehicle=ODD, method="grid", servo_margin="30deg")
+    assert "separated" in str(found.reason)
+
+
+@KINDS
+def test_cycles_fly_along_the_sheet(vehicle: gg.Vehicle) -> None:
+    graph = gg.surface_graph("positive", vehicle=vehicle, divisions=12)
+    for cycle in islice(gg.cycles(graph, require="flyable"), 5):
+        assert (cycle.color, cycle.valid, cycle.flyable) == ("red", True, True)
+        report = cycle.report
+        assert report.flyable
+        least = report["least_singular_value"].value
+        assert least == pytest.approx(cycle.least_singular_value, abs=1e-4)
+        assert cycle.reachable_from_hover == bool(report.reachable_from_hover)
+        assert str(cycle).count("(") in (3, 4)
+
+
+@KINDS
+def test_a_gait_is_reachable_from_hover_where_a_flyable_path_is_proven(
+    vehicle: gg.Vehicle,
+) -> None:
+    plan = gg.plan_loop(loop_in_region(vehicle), vehicle=vehicle, sign="positive")
+    path = gg.transition("hover", plan.gait)
+    flies_in = bool(path) and path.report.flyable
+    assert plan.report.reachable_from_hover == (flies_in or None)
+    assert ("not decided" in plan.report.reachability) == (not flies_in)
+    assert f"hover: {'yes' if flies_in else 'unknown'}" in plan.report.verdict
+    region = sheet_region(vehicle, sign="negative")
+    if region.components:
+        place = region.components[0].representative_point()
+        posture = gg.lift([(place.x, place.y)], "red", vehicle=vehicle)
+        assert posture.check().reachable_from_hover is False
 
 
 def test_polygons_are_kept_out_of() -> None:
@@ -171,7 +223,7 @@ def test_files_of_a_plan_are_judged_and_flown(
     suffix: str, law: Any, vehicle: gg.Vehicle, tmp_path: Path
 ) -> None:
     plan = gg.plan_loop(SQUARE, vehicle=vehicle, law=law, period=4.0)
-    assert not plan.warnings
+    assert {*plan.warnings} <= {plan.report.reachability}
     path = tmp_path / f"odd.{suffix}"
     timed = plan.timed()
     timed.write(path)
@@ -253,8 +305,7 @@ def test_the_command_plans_on_a_curved_sheet(run: Any, tmp_path: Path) -> None:
     assert run("pace", "own.csv", *limits, "--output", "fast.csv").code == 0
     assert run("transition", "hover", "own.csv").code == 0
     assert run("transition", "fast.csv", "own.csv").code == 0
-    refused = run("pace", "own.csv", *limits, "--rounding", 0.02)
-    assert (refused.code, "rounding must be omitted" in refused.err) == (2, True)
+    assert run("pace", "own.csv", *limits, "--rounding", 0.02).code == 0
 
 
 def test_a_table_of_few_rows_says_how_far_its_chords_leave_the_sheet(
@@ -274,7 +325,7 @@ def test_a_region_of_squares_has_a_least_accuracy() -> None:
 
 
 def test_a_margin_that_no_curved_region_keeps_is_refused() -> None:
-    """A region of any four rotors does not know servo margins: an answer without one would not be what was asked."""
+    """A region of any four rotors does not know servo margins: an answer without one would not be what was requested."""
     with pytest.raises(gg.errors.InputError) as caught:
         gg.location_of([(-0.4, 0.4)], vehicle=ODD, servo_margin="5deg")
     assert caught.value.field == "servo_margin"
@@ -370,8 +421,48 @@ def test_least_periods_keep_limits_of_all_four_arms(
     slow = gg.paced(tmp_path / "fast.csv", limits, period=2 * timed.period)
     assert slow.timed is not None
     np.testing.assert_allclose(2 * slow.timed.peaks(1), timed.peaks(1))
-    with pytest.raises(gg.InputError, match="rounding must be omitted"):
-        gg.least_period(gait, limits, rounding=0.01)
+
+
+@KINDS
+def test_corners_are_rounded_along_the_sheet(
+    vehicle: gg.Vehicle, tmp_path: Path
+) -> None:
+    corners = loop_in_region(vehicle)
+    gait = gg.plan_loop(corners, vehicle=vehicle, sign="positive").gait
+    size = min(math.dist(corners[0], corners[1]) / 20, 0.01)
+    limits = gg.Limits(rate=[2, 1, 3, 2], acceleration=[9, 9, 6, 12])
+    answer = gg.least_period(gait, limits, rounding=size)
+    timed = answer.timed
+    assert timed is not None
+    assert answer.rounding is not None
+    assert answer.at_rest is not None
+    assert timed.period < answer.at_rest
+    t = np.linspace(0, timed.period, 20_001)
+    motion = timed.at(t)
+    assert curved_sheet(vehicle).distances(motion.alpha).max() < 1e-5
+    run_along = shapely.LineString(motion.alpha[::20, :2])
+    off = shapely.hausdorff_distance(shapely.LinearRing(corners), run_along)
+    assert off == pytest.approx(answer.rounding.deviation, rel=0.01)
+    limited = limits.of_joints(4)
+    assert (np.abs(motion.rates) <= limited[0]).all()
+    assert (np.abs(motion.accelerations) <= limited[1]).all()
+    steps = np.diff(motion.rates, axis=0) / (t[1] - t[0])
+    assert np.abs(steps - motion.accelerations[:-1]).max() < 1.0
+    report = timed.check()
+    assert report.flyable
+    assert report.hover_thrusts is not None
+    shares = hover_thrust_shares(motion.alpha, vehicle)
+    assert report.hover_thrusts[0] <= shares.min()
+    assert report.hover_thrusts[1] >= shares.max()
+    np.testing.assert_allclose(
+        report.hover_thrusts, [shares.min(), shares.max()], atol=1e-3
+    )
+    timed.write(tmp_path / "rounded.csv")
+    again = gg.timing.timed_gait_of(tmp_path / "rounded.csv")
+    np.testing.assert_allclose(again.at(t).alpha, motion.alpha, atol=1e-12)
+    beside = gg.Gait(alpha=np.array(SQUARE)[:, [0, 1, 0, 1]], vehicle=vehicle)
+    with pytest.raises(gg.InputError, match="must have rows along its curved sheet"):
+        gg.least_period(beside, limits, rounding=size)
 
 
 def test_rows_beside_a_sheet_are_corners_with_rests_of_all_four_arms() -> None:

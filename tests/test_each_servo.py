@@ -13,8 +13,8 @@ import gaitgraph as gg
 from gaitgraph.angles import angle_from_text
 from gaitgraph.flight.course import arm_response, servo_response as stepped_response
 from gaitgraph.gait.table import ANGLES, Table
-from gaitgraph.graph.edges import segments_fly
 from gaitgraph.invertibility.geometry import Geometry
+from gaitgraph.invertibility.segment_bounds import segments_fly
 from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import clipped_rows, mapped_table, servo_map_from_mapping

@@ -30,7 +30,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import roots
 from gaitgraph.tolerances import DEFAULT_FLOOR
-from tests.samples import ODD, PUBLISHED, points_of
+from tests.samples import PUBLISHED, points_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -177,17 +177,6 @@ def test_attributes_of_edges_are_what_sampling_shows(
     decided = ~smooth | (np.abs(margin) > 1e-3)
     np.testing.assert_array_equal(told["flyable"][decided], expected[decided])
     assert 0 < np.count_nonzero(expected) < np.count_nonzero(smooth)
-
-
-def test_edges_of_a_curved_sheet_jump_by_pi_where_an_angle_wraps() -> None:
-    graph = surface_graph("positive", divisions=12, vehicle=ODD)
-    jumps = []
-    for a, b, edge in graph.edges(data=True):
-        first, second = graph.nodes[a], graph.nodes[b]
-        steps = [abs(second[key] - first[key]) for key in ANGLES[2:]]
-        assert edge["jump"] == pytest.approx(pi if max(steps) > pi / 2 else 0.0)
-        jumps.append(edge["jump"])
-    assert 0 < np.count_nonzero(jumps) < len(jumps)
 
 
 def test_edges_have_the_least_servo_margin_of_their_ends_and_middle() -> None:

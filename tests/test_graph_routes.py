@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from gaitgraph.errors import InputError
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.graph.walks import (
@@ -259,6 +260,24 @@ def test_walks_follow_own_costs() -> None:
     assert isinstance(walk, ClosedWalk)
     assert walk.cost == len(walk.nodes) == 16
     assert walk.length == pytest.approx(math.pi)
+    named = graph.copy()
+    nx.set_edge_attributes(
+        named,
+        {
+            edge: one_for_straight_edges(*edge, graph.edges[edge])
+            for edge in graph.edges
+        },
+        "own",
+    )
+    assert closed_walk(named, stops, weight="own") == walk
+
+
+@pytest.mark.parametrize("cost", [math.nan, math.inf, -1, "1", True])
+def test_a_cost_that_is_no_number_is_named_with_its_edge(cost: Any) -> None:
+    graph = surface_graph("negative")
+    stops = [["014 002 red"], ["010 006 red"]]
+    with pytest.raises(InputError, match="^weight must be .* on the edge from"):
+        closed_walk(graph, stops, weight=lambda *_: cost)
 
 
 def test_a_walk_of_one_stop_is_a_point_and_a_blocked_one_names_its_leg() -> None:

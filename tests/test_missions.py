@@ -9,6 +9,7 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.flight.course import from_hover
+from gaitgraph.gait.table import ANGLES, RATES
 from gaitgraph.timing.joining import JoinedPath, played
 
 if TYPE_CHECKING:
@@ -99,6 +100,49 @@ def test_flying_its_table_is_flying_from_hover(run: Any) -> None:
     assert (table["settled"], gait["settled"]) == (True, True)
     for name in ("duration", "attitude", "peak_thrust", "energy"):
         assert table[name] == pytest.approx(gait[name], rel=1e-6), name
+
+
+def test_in_another_duration_it_is_the_same_motion(tmp_path: Path) -> None:
+    flight = gg.mission(timed("smooth"))
+    flight.write(tmp_path / "flight.csv")
+    slow = gg.timing.timed_gait_of(tmp_path / "flight.csv", period=2 * flight.period)
+    t = np.linspace(0, flight.period, 301)
+    np.testing.assert_allclose(slow.at(2 * t).alpha, flight.at(t).alpha, atol=1e-8)
+    assert dict(slow.phases)["gait"] == 2 * dict(flight.phases)["gait"]
+    with pytest.raises(gg.InputError, match="^period must be"):
+        gg.timing.timed_gait_of(tmp_path / "flight.csv", period=0.0)
+    gg.export(tmp_path / "flight.csv", tmp_path / "slow.csv", period=slow.period)
+    assert len(gg.read_table(tmp_path / "slow.csv")) == len(flight.t)
+
+
+def test_rows_that_state_no_sections_keep_the_phases(tmp_path: Path) -> None:
+    """As those of a gait that is run by rows of its own."""
+    pytest.importorskip("mujoco")
+    table = gg.timing.table_of(timed("smooth"))
+    rows = gg.Table(columns={name: table[name] for name in ("t", *ANGLES, *RATES)})
+    flight = gg.mission(rows, vehicle=LIMITED)
+    flight.write(tmp_path / "flight.csv")
+    again = gg.timing.timed_gait_of(tmp_path / "flight.csv")
+    assert not isinstance(again, JoinedPath)
+    assert again.phases == flight.phases
+    gg.export(tmp_path / "flight.csv", tmp_path / "slow.csv", period=2 * flight.period)
+    slow = gg.timing.timed_gait_of(tmp_path / "slow.csv")
+    assert slow.phases == flight.with_period(2 * flight.period).phases
+    flown = gg.fly(tmp_path / "flight.csv")
+    assert (flown.settled, flown.settling_time) == (True, 0.0)
+    assert flown.course.phases == flight.course.phases
+
+
+@pytest.mark.parametrize(
+    "phases", [1, [["gait"]], [["gait", 1.0]], [["gait", 0.0], ["exit", 99.0]]]
+)
+def test_phases_that_do_not_fit_are_not_used(phases: Any) -> None:
+    table = gg.timing.table_of(gg.mission(timed("smooth"), periods=1))
+    rows = gg.Table(
+        columns={name: table[name] for name in ("t", *ANGLES)},
+        about={"repeats": False, "phases": phases},
+    )
+    assert gg.timing.timed_gait_of(rows).phases == ()
 
 
 def test_edited_rows_of_a_mission_are_judged_as_they_stand(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.explorer.queries import diagram_of
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.plots.axes import BLUE, GREY, PALETTE, RED
+from gaitgraph.plots.figures import draw
 from gaitgraph.plots.gaits import draw_robustness, draw_sheet
 from gaitgraph.surface.sheets import PLANE_TYPES
 from tests.samples import BEETLE, EXACT, PUBLISHED, by_vehicle, gait_of_paper
@@ -53,7 +54,7 @@ def color_of(scatter: Any) -> str:
 
 def points_in_space(name: str, **options: Any) -> dict[str, np.ndarray]:
     """Return the points of each color in a figure of the paper, sorted."""
-    (space,) = plots.draw(name, **options).axes
+    (space,) = draw(name, **options).axes
     layers: dict[str, list[np.ndarray]] = {}
     for drawn in scatters(space):
         points = np.ma.getdata(np.column_stack(drawn._offsets3d))
@@ -76,7 +77,7 @@ def legend_of(ax: Any) -> list[str]:
 
 
 def test_root_counts_hold_650_roots() -> None:
-    (space,) = plots.draw("2").axes
+    (space,) = draw("2").axes
     labels = ["2 roots, 225 nodes", "3 roots, 60 nodes", "5 roots, 4 nodes"]
     assert [drawn.get_label() for drawn in scatters(space)] == labels
     corners = np.asarray(scatters(space)[2].get_offsets())

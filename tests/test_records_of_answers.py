@@ -72,3 +72,16 @@ def test_export_says_what_a_mission_lacks_and_what_is_no_servo_table(
     refused = run("export", "gait4", str(tmp_path / "b.csv"), "--columns", "x_frame")
     assert refused.code == 2
     assert "--columns is of a servo table, and gait4 is none" in refused.err
+
+
+def test_answers_with_rows_go_to_pandas() -> None:
+    pytest.importorskip("pandas")
+    report = gg.validate("gait4")
+    checks = report.to_pandas().set_index("name")
+    assert list(checks.index) == [check.name for check in report.checks]
+    assert checks.loc["R_sign", "value"] == report["R_sign"].value
+    robustness = gg.robustness_of("gait4", bias=0.8)
+    gaits = robustness.to_pandas()
+    stated = [one.as_mapping() for one in (robustness.gait, *robustness.sweep)]
+    assert gaits.verdict.tolist() == [one["verdict"] for one in stated]
+    assert "singular_curves" not in gaits

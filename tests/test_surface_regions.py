@@ -49,7 +49,7 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.samples import EXACT, PUBLISHED
 from tests.test_error_margins import (
-    holds,
+    reserve,
     some_gait,
     some_vehicle as some_servo_vehicle,
 )
@@ -547,7 +547,9 @@ def test_a_point_is_inside_exactly_if_no_corner_of_its_errors_breaks_a_condition
     errors = margin * np.array(list(product((-1.0, 1.0), repeat=4)))
     for k, alpha in enumerate(red(points)):
         bears = WANTED[sign] * R[k] > 0
-        bears = bears and all(holds(vehicle, floor, alpha + e, 0.0) for e in errors)
+        bears = bears and all(
+            reserve(vehicle, floor, alpha + e, 0.0) > 0 for e in errors
+        )
         assert bears or not region.contains(points[k])[0]
         assert enclosed[k] or not bears
 

@@ -69,8 +69,9 @@ class Group(click.Group):
             rows = []
             for name in group:
                 command = self.get_command(ctx, name)
-                short = command.get_short_help_str(limit=66) if command else ""
-                rows.append((name.ljust(10), short))
+                if command is not None:
+                    short = command.get_short_help_str(limit=66)
+                    rows.append((name.ljust(10), short))
             with formatter.section(title):
                 formatter.write_dl(rows)
 
@@ -145,11 +146,7 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
     _prepare_streams()
     stdout = sys.stdout
     try:
-        code = cli.main(
-            args=None if args is None else list(args),
-            prog_name="gaitgraph",
-            standalone_mode=False,
-        )
+        code = cli.main(args, prog_name="gaitgraph", standalone_mode=False)
         sys.stdout.flush()
     except click.UsageError as error:
         _stop(2, _usage_problem(error))
@@ -187,9 +184,12 @@ def _prepare_streams() -> None:
 def _usage_problem(error: click.UsageError) -> str:
     """Return what is wrong with the arguments, and which help to read."""
     message = error.format_message().rstrip(".")
-    see = " See" if message.endswith("?") else "; see"
-    command = "gaitgraph" if error.ctx is None else error.ctx.command_path
-    return f"{message}{see} {command} --help"
+    command = "gaitgraph"
+    if error.ctx is not None:
+        command = error.ctx.command_path
+    if message.endswith("?"):
+        return f"{message} See {command} --help"
+    return f"{message}; see {command} --help"
 
 
 def _discard_output() -> None:

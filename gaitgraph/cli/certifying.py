@@ -16,7 +16,7 @@ from gaitgraph.cli.options import (
     gait_file_argument,
     json_option,
 )
-from gaitgraph.cli.output import lines_of_outputs, show, working
+from gaitgraph.cli.output import show, working
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import Kind
@@ -60,12 +60,13 @@ def certify_command(
     from gaitgraph.certificates.making import certify, check_certificate
     from gaitgraph.files import check_new_files, target_of
 
-    outputs = [] if output is None else [output]
-    for name in outputs:
-        check_certificate(name)
-        if target_of(Path(name)) == target_of(Path(gait_file)):
+    outputs = []
+    if output is not None:
+        check_certificate(output)
+        outputs = [output]
+        if target_of(Path(output)) == target_of(Path(gait_file)):
             raise click.UsageError(
-                f"--output must be another file than the gait, got {name!r}"
+                f"--output must be another file than the gait, got {output!r}"
             )
     check_new_files(outputs, force=force)
     with working(f"certifying {gait_file}"):
@@ -77,9 +78,9 @@ def certify_command(
             floor=floor,
             timing=not untimed,
         )
-        for name in outputs:
-            certified.write(name, force=force)
-    return show(certified, more={"outputs": outputs}, lines=lines_of_outputs(outputs))
+        if output is not None:
+            certified.write(output, force=force)
+    return show(certified, outputs=outputs)
 
 
 @click.command("verify", short_help="Check a certificate with exact arithmetic.")

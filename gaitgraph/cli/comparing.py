@@ -14,7 +14,7 @@ from gaitgraph.cli.options import (
     period_of_file_option,
     picture_outputs_options,
 )
-from gaitgraph.cli.output import lines_of_outputs, tell, working
+from gaitgraph.cli.output import show, working
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import Kind
@@ -48,20 +48,16 @@ def compare_command(
     from gaitgraph.robustness.comparing import comparison_of
 
     check_pictures(outputs, force=force)
-    names = (first, second)
     options: dict[str, Any] = {
         "vehicle": vehicle,
         "coefficients": coefficients,
         "period": period,
     }
     with working("comparing"):
-        sources = [gait_in(name, **options) for name in names]
-        answer = comparison_of(sources, names=names, **options)
+        sources = [gait_in(first, **options), gait_in(second, **options)]
+        answer = comparison_of(sources, names=(first, second), **options)
         if outputs:
             figure = blank_figure(400.0, 172.0)
-            draw_sheet(figure, answer.gaits, names)
+            draw_sheet(figure, answer.gaits, answer.names)
             write_pictures(figure, outputs, force=force)
-    return tell(
-        {**answer.as_mapping(), "outputs": list(outputs)},
-        [str(answer), *lines_of_outputs(outputs)],
-    )
+    return show(answer, outputs=outputs, ok=True)

@@ -102,12 +102,15 @@ def export_command(
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.films import check_films, write_films
 
-    joints = None if columns is None else servo_map_named(columns)
-    if joints is not None and (gait_file in PAPER_GAITS or holds_request(gait_file)):
-        raise click.UsageError(
-            f"--columns is of a servo table, and {gait_file} is none"
-        )
-    servo_map = None if servos is None else servo_map_named(servos)
+    joints = servo_map = None
+    if columns is not None:
+        joints = servo_map_named(columns)
+        if gait_file in PAPER_GAITS or holds_request(gait_file):
+            raise click.UsageError(
+                f"--columns is of a servo table, and {gait_file} is none"
+            )
+    if servos is not None:
+        servo_map = servo_map_named(servos)
     tables, films = tables_and_films(outputs)
     check_films(films, force=force)
     with working(f"exporting {gait_file}"):
@@ -184,7 +187,7 @@ def _mission_of(
         vehicle = coefficients = None
     return mission(
         source,
-        periods=2 if periods is None else periods,
+        periods=periods or 2,
         vehicle=vehicle,
         coefficients=coefficients,
         rate=rate,

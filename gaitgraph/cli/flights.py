@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -21,7 +21,7 @@ from gaitgraph.cli.options import (
     once_option,
     period_of_file_option,
 )
-from gaitgraph.cli.output import lines_of_outputs, show, tell, working
+from gaitgraph.cli.output import show, tell, working
 
 if TYPE_CHECKING:
     from click.decorators import FC
@@ -118,7 +118,8 @@ def fly_command(
         )
     _check_flight(outputs, "flight", force=force)
     flight_settings = _settings_of(settings, reference=reference, duration=duration)
-    start = None if attitude is None else checked_attitude(attitude)
+    if attitude is not None:
+        attitude = checked_attitude(attitude)
     with working("planning") as progress:
         source = gait_in(
             gait_file,
@@ -138,27 +139,22 @@ def fly_command(
         progress("flying")
         if from_hover:
             flight = _flight_from_hover(
-                timed, start, flight_settings, periods, anyway=anyway
+                timed, attitude, flight_settings, periods, anyway=anyway
             )
         else:
-            flight = fly(timed, attitude=start, settings=flight_settings, anyway=anyway)
-        warnings = list(flight.warnings)
-        written = outputs if len(flight.rows) else ()
-        if outputs and not written:
-            warnings.append(
-                f"nothing was flown, so {', '.join(outputs)} is not written"
+            flight = fly(
+                timed, attitude=attitude, settings=flight_settings, anyway=anyway
             )
-        if written:
-            progress(f"writing {', '.join(written)}")
-            flight.write(*written, force=force)
-    return show(
-        flight,
-        more={"warnings": warnings, "outputs": list(written)},
-        lines=[
-            *(f"warning: {warning}" for warning in warnings),
-            *lines_of_outputs(written),
-        ],
-    )
+        warnings = list(flight.warnings)
+        if outputs and flight.refused:
+            not_written = ", ".join(outputs)
+            warnings.append(f"nothing was flown, so {not_written} is not written")
+            outputs = ()
+        if outputs:
+            progress(f"writing {', '.join(outputs)}")
+            flight.write(*outputs, force=force)
+    lines = [f"warning: {warning}" for warning in warnings]
+    return show(flight, outputs=outputs, more={"warnings": warnings}, lines=lines)
 
 
 def _timed_gait_of(
@@ -180,7 +176,9 @@ def _timed_gait_of(
     timed = timed_gait_of(
         source, vehicle=vehicle, coefficients=coefficients, period=period
     )
-    return timed if bias is None else biased_timed_gait(timed, bias)
+    if bias is not None:
+        timed = biased_timed_gait(timed, bias)
+    return timed
 
 
 def _flight_from_hover(
@@ -196,15 +194,11 @@ def _flight_from_hover(
     from gaitgraph.flight.flight import record_of
     from gaitgraph.flight.simulation import fly
 
+    attitude = attitude or (0.0, 0.0)
     course = from_hover(timed, periods=periods, anyway=anyway)
     if isinstance(course, str):  # why there is none
-        reason = f"refused before take-off: {course}"
-        return record_of(
-            repeated(timed),
-            settings,
-            attitude or (0.0, 0.0),
-            failure=("refused", reason),
-        )
+        failure: Any = "refused", f"refused before take-off: {course}"
+        return record_of(repeated(timed), settings, attitude, failure=failure)
     if settings.duration is None:
         settings = replace(settings, duration=course.duration)
     return fly(course, attitude=attitude, settings=settings, anyway=anyway)
@@ -322,13 +316,12 @@ def basin_command(
     for basin in basins:
         lines.append(str(basin))
         lines += [f"warning: {warning}" for warning in basin.warnings]
-    tell(
-        {
-            "basins": [basin.as_mapping() for basin in basins],
-            "vehicle": timed.gait.vehicle.name,
-            "settings": basins[0].settings.as_mapping(),
-            "outputs": list(outputs),
-        },
-        [*lines, *lines_of_outputs(outputs)],
-    )
-    return 1 if any(basin.refusal for basin in basins) else 0
+    lines += [f"wrote {name}" for name in outputs]
+    content = {
+        "basins": [basin.as_mapping() for basin in basins],
+        "vehicle": timed.gait.vehicle.name,
+        "settings": basins[0].settings.as_mapping(),
+        "outputs": outputs,
+    }
+    tell(content, lines)
+    return int(any(basin.refusal for basin in basins))

@@ -37,10 +37,12 @@ def request_of(
         stated_request,
     )
 
+    in_file = {}
+    if request_file is not None:
+        in_file = stated_request(request_file)
     fields = {*REQUEST_FIELDS, "samples", "rate"}
     stated = {name: value for name, value in stated_options().items() if name in fields}
-    in_file = {} if request_file is None else stated_request(request_file)
-    has_waypoints = "waypoints" in {**in_file, **stated}
+    has_waypoints = "waypoints" in in_file or "waypoints" in stated
     if needs_waypoints and request_file is None and not has_waypoints:
         raise click.UsageError("a request file or --waypoint A1,A2 must be given")
     if not (needs_waypoints or has_waypoints):

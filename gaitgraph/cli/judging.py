@@ -25,7 +25,6 @@ from gaitgraph.cli.options import (
     require_option,
 )
 from gaitgraph.cli.output import (
-    lines_of_outputs,
     print_problem,
     show,
     wants_json,
@@ -94,10 +93,11 @@ def validate_command(
         states_vehicle = True
         note = ""
         if once or not (gait_file in PAPER_GAITS or holds_request(gait_file)):
-            table = read_table(gait_file)
+            source = table = read_table(gait_file)
             states_vehicle = "vehicle" in table.about
             note = _note_on_certificate(gait_file, table, vehicle)
-            source = table.once() if once else table
+            if once:
+                source = table.once()
         else:
             source = gait_in(gait_file, vehicle=vehicle, coefficients=coefficients)
         with naming_file(gait_file):
@@ -116,7 +116,7 @@ def validate_command(
         print_problem(
             "warning: the file states no vehicle: the paper's is taken; --vehicle names another"
         )
-    return show(report, ok=report.flyable if require == "flyable" else report.valid)
+    return show(report, ok=getattr(report, require))
 
 
 def _check_any_rotors(require: str) -> None:
@@ -194,7 +194,6 @@ def robustness_command(
     from gaitgraph.robustness.biased import robustness_of
 
     check_pictures(outputs, force=force)
-    figure = blank_figure(152.4, 127.0) if outputs else None
     with working(f"tilting {gait_file}") as progress:
         source = gait_in(
             gait_file, once=once, vehicle=vehicle, coefficients=coefficients
@@ -208,13 +207,9 @@ def robustness_command(
             coefficients=coefficients,
             progress=progress,
         )
-        if figure is not None:
+        if outputs:
             with paper_style():
+                figure = blank_figure(152.4, 127.0)
                 draw_robustness(figure.add_subplot(), report, Path(gait_file).stem)
             write_pictures(figure, outputs, force=force)
-    return show(
-        report,
-        more={"outputs": list(outputs)},
-        lines=lines_of_outputs(outputs),
-        ok=True,
-    )
+    return show(report, outputs=outputs, ok=True)

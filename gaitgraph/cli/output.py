@@ -45,23 +45,35 @@ def tell(content: Any, lines: Iterable[str]) -> int:
 def show(
     answer: Any,
     *,
+    outputs: Sequence[object] | None = None,
     more: Mapping[str, Any] | None = None,
     lines: Iterable[str] = (),
     ok: Any = None,
 ) -> int:
-    """Print an answer as JSON, with `more` keys, or as text, with more `lines`.
+    """Print an answer as JSON, with the `outputs` that were written and `more` keys, or as text, with more `lines`.
 
     Return the exit code: 0 if `ok`, by default the answer itself, is true.
     """
-    tell({**answer.as_mapping(), **(more or {})}, [str(answer), *lines])
-    is_yes = answer if ok is None else ok
-    return 0 if is_yes else 1
+    content = answer.as_mapping()
+    text = [str(answer)]
+    text.extend(lines)
+    if outputs is not None:
+        content["outputs"] = [str(name) for name in outputs]
+        text += [f"wrote {name}" for name in outputs]
+    if more is not None:
+        content |= more
+    tell(content, text)
+    if ok is None:
+        ok = answer
+    return int(not ok)
 
 
 def print_problem(message: str) -> None:
     """Print what is wrong as one line on standard error, in the place of a line of progress."""
-    clear = "\r\x1b[K" if _shows_progress() else ""
-    click.echo(f"{clear}gaitgraph: " + " ".join(message.split()), err=True)
+    text = f"gaitgraph: {' '.join(message.split())}"
+    if _shows_progress():
+        text = f"\r\x1b[K{text}"
+    click.echo(text, err=True)
 
 
 def _shows_progress() -> bool:
@@ -100,8 +112,12 @@ def check_outputs(paths: Sequence[str], *, force: bool) -> None:
     check_films(films, force=force)
 
 
-def certificates_beside(outputs: Sequence[str], *, force: bool) -> list[Path]:
-    """Return the certificates beside gait files, gait.cert.json beside gait.csv; raise if one cannot be written."""
+def certificates_beside(
+    outputs: Sequence[str], *, certify: bool, force: bool
+) -> list[Path]:
+    """Return the certificates beside gait files, gait.cert.json beside gait.csv, if they are asked for; raise if one cannot be written."""
+    if not certify:
+        return []
     from gaitgraph.certificates.verifying import CERTIFICATE
     from gaitgraph.files import check_new_files
 
@@ -110,8 +126,8 @@ def certificates_beside(outputs: Sequence[str], *, force: bool) -> list[Path]:
             "--certify must be given with --output, beside which it writes"
         )
     paths = sorted({Path(output).with_suffix(CERTIFICATE) for output in outputs})
-    named_alike = [path for path in map(Path, outputs) if path in paths]
-    check_new_files([*paths, *named_alike], force=force)
+    named_alike = [path for path in paths if str(path) in outputs]
+    check_new_files(paths + named_alike, force=force)
     return paths
 
 
@@ -140,8 +156,3 @@ def warn_of_rate(times: Sequence[float], rate: float | None) -> None:
             f"warning: a table has whole intervals: {actual:.6g} rows per second, not {rate:g}; a period that is a "
             f"multiple of 1/{rate:g} s has {rate:g}"
         )
-
-
-def lines_of_outputs(outputs: Iterable[str]) -> list[str]:
-    """Return a line for each file that was written."""
-    return [f"wrote {name}" for name in outputs]

@@ -26,7 +26,6 @@ from gaitgraph.cli.options import (
 from gaitgraph.cli.output import (
     certificates_beside,
     check_outputs,
-    lines_of_outputs,
     show,
     working,
     write_outputs,
@@ -92,25 +91,25 @@ def plan_command(
     from gaitgraph.timing.timed_gait import checked_clock, table_of
 
     check_outputs(outputs, force=force)
-    certificates = certificates_beside(outputs, force=force) if certify else []
+    certificates = certificates_beside(outputs, certify=certify, force=force)
     request, sampling = request_of(request_file, needs_waypoints=True)
     checked_clock(request.period, request.law, **sampling)
-    written: list[str] = []
+    written: list[object] = []
     with working("planning") as progress:
         answer = plan(request, progress=progress)
         if answer and outputs:
             progress(f"writing {', '.join(outputs)}")
             timed = answer.timed(**sampling)
-            certified = [
-                (path, making.certify(timed, floor=request.floor))
-                for path in certificates
-            ]
+            if certificates:
+                certificate = making.certify(timed, floor=request.floor)
             table = table_of(timed)
             write_outputs(table, outputs, force=force, rate=sampling.get("rate"))
-            for path, certificate in certified:
+            for path in certificates:
                 certificate.write(path, force=force)
-            written = [*outputs, *map(str, certificates)]
+            written = [*outputs, *certificates]
     if answer.advice == VALID_LOOPS.python:
         answer = replace(answer, advice=VALID_LOOPS.command_line)
-    lines = ["", *lines_of_outputs(written)] if written else []
+    lines = [f"wrote {name}" for name in written]
+    if written:
+        lines.insert(0, "")
     return show(answer, lines=lines)

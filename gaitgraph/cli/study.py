@@ -65,7 +65,7 @@ def study_command(
             {"study": study.name, "fingerprint": study.fingerprint, **counts},
             [str(study), estimate],
         )
-    folder = Path(Path(study_file).stem if output is None else output)
+    folder = Path(output or Path(study_file).stem)
     logging.disable()  # what ends a study is one line; Dask would log it too
     try:
         with working(f"study {study.name}") as progress:

@@ -26,7 +26,6 @@ from gaitgraph.cli.options import (
     waypoints_option,
 )
 from gaitgraph.cli.output import (
-    lines_of_outputs,
     print_problem,
     show,
     tell,
@@ -84,16 +83,17 @@ def _lines_of_roots(
         "  color  types            α3            α4             R",
     ]
     for root in answer:
-        # What floating point leaves of a root with R = 0 is not printed.
-        R = 0.0 if abs(root.R) <= noise_of(numbers) else root.R
+        R = root.R
+        if abs(R) <= noise_of(numbers):  # what floating point leaves of R = 0
+            R = 0.0
         angles = f"{root.alpha3:12.6f}  {root.alpha4:12.6f}"
         lines.append(f"  {root.color:<5}  {root.types}  {angles}  {R:12.6g}")
     for fiber in answer.fibers:
         fixed = ", ".join(f"{value:.6f}" for value in fiber.values)
-        note = "; singular at every attitude" if fiber.singular else ""
-        lines.append(
-            f"  and a continuum {fiber.types}: {fiber.fixed} = {fixed}, {fiber.free} free{note}"
-        )
+        line = f"  and a continuum {fiber.types}: {fiber.fixed} = {fixed}, {fiber.free} free"
+        if fiber.singular:
+            line += "; singular at every attitude"
+        lines.append(line)
     return lines
 
 
@@ -211,15 +211,16 @@ def cycles_command(
         show(cycle)
         listed += 1
     if not listed:
-        within = "" if max_length is None else f" within {max_length:g} rad"
-        reason = f"the graph has none{within}"
+        reason = "the graph has none"
+        if max_length is not None:
+            reason += f" within {max_length:g} rad"
         tell({"status": "none", "reason": reason}, [f"No cycle: {reason}"])
         return 1
     which = "all there are"
     if cycle is not None:
         which = f"all that are shorter than {cycle.length:.4f} rad"
-    plural = "" if listed == 1 else "s"
-    click.echo(f"{listed} cycle{plural}: {which}", err=True)
+    noun = "cycle" if listed == 1 else "cycles"
+    click.echo(f"{listed} {noun}: {which}", err=True)
     return 0
 
 
@@ -271,6 +272,4 @@ def region_command(
             figure = blank_figure(130.0, 140.0)
             answer.plot(ax=figure.add_subplot())
             write_pictures(figure, outputs, force=force)
-    return show(
-        answer, lines=lines_of_outputs(outputs), more={"outputs": list(outputs)}
-    )
+    return show(answer, outputs=outputs)

@@ -25,15 +25,12 @@ from gaitgraph.cli.options import (
 from gaitgraph.cli.output import (
     certificates_beside,
     check_outputs,
-    lines_of_outputs,
     show,
     working,
     write_outputs,
 )
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from gaitgraph.invertibility.coefficients import Kind
     from gaitgraph.timing.servo_lag import ServoResponse
     from gaitgraph.timing.time_optimal import Origin
@@ -90,11 +87,14 @@ def transition_command(
             vehicle=vehicle,
             coefficients=coefficients,
         )
-        is_wanted = bool(answer) and (require == "valid" or answer.report.flyable)
-        written = outputs if is_wanted else ()
-        if written:
-            write_outputs(answer.table, written, force=force)
-    return show(answer, lines=lines_of_outputs(written), ok=is_wanted)
+        if not answer:
+            return show(answer)
+        is_wanted = getattr(answer.report, require)
+        lines = []
+        if outputs and is_wanted:
+            write_outputs(answer.table, outputs, force=force)
+            lines = [f"wrote {name}" for name in outputs]
+    return show(answer, lines=lines, ok=is_wanted)
 
 
 @click.command(
@@ -179,9 +179,7 @@ def pace_command(
     from gaitgraph.validation.worst import both
 
     check_outputs(outputs, force=force)
-    certificates: list[Path] = []
-    if certify:
-        certificates = certificates_beside(outputs, force=force)
+    certificates = certificates_beside(outputs, certify=certify, force=force)
     with working(f"reading {gait_file}") as progress:
         origin = _origin_of(gait_file, vehicle, coefficients)
         progress("pacing")
@@ -193,13 +191,13 @@ def pace_command(
             acceleration=max_acceleration,
             jerk=max_jerk,
         )
-        find_law = least_period
-        if period is not None:
-            find_law = partial(paced, period=period)
+        find_law = least_period if period is None else partial(paced, period=period)
+        if rounding is None:
+            rounding = origin.rounding
         pacing = find_law(
             origin.gait,
             limits,
-            rounding=origin.rounding if rounding is None else rounding,
+            rounding=rounding,
             samples=samples,
             rate=rate,
             progress=progress,
@@ -207,18 +205,13 @@ def pace_command(
         warnings = unlikely_limits(pacing.limits.as_mapping())
         lines = [f"warning: {warning}" for warning in warnings]
         timed = pacing.timed
+        more: dict[str, Any] = {"servo": None, "outputs": [], "warnings": warnings}
         if timed is None:
-            more = {
-                **dict.fromkeys(verdict_of(None)),
-                "servo": None,
-                "outputs": [],
-                "warnings": warnings,
-            }
+            more |= dict.fromkeys(verdict_of(None))
             return show(pacing, more=more, lines=lines)
         table = table_of(timed)
         report = both(timed.check(), validate(table))
-        is_wanted = report.flyable if require == "flyable" else report.valid
-        is_refused = bool(outputs) and not (is_wanted or anyway)
+        is_refused = bool(outputs) and not (getattr(report, require) or anyway)
         if is_refused:
             lines.append("nothing is written")
             outputs = ()
@@ -231,19 +224,17 @@ def pace_command(
         response = _response_of(timed, servo_lag)
         if response is not None:
             lines.append(f"  {response}")
-        certified = [(path, making.certify(timed)) for path in certificates]
+            more["servo"] = response.as_mapping()
+        if certificates:
+            certificate = making.certify(timed)
         if outputs:
             write_outputs(table, outputs, force=force, rate=rate)
-        lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
-        for path, certificate in certified:
+        for path in certificates:
             certificate.write(path, force=force)
-            lines.append(f"wrote {path}")
-    more = {
-        **verdict_of(report),
-        "servo": None if response is None else response.as_mapping(),
-        "outputs": list(outputs),
-        "warnings": [*warnings, *new_warnings],
-    }
+        lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
+        lines += [f"wrote {path}" for path in certificates]
+    more |= verdict_of(report)
+    more |= {"outputs": list(outputs), "warnings": warnings + new_warnings}
     return show(pacing, more=more, lines=lines, ok=bool(pacing) and not is_refused)
 
 
@@ -270,5 +261,9 @@ def _response_of(timed: TimedGait, servo_lag: float | None) -> ServoResponse | N
     """Return how lagging servos follow; None if neither the lag nor the vehicle states their time constant."""
     from gaitgraph.timing.servo_lag import servo_response
 
-    lag = timed.gait.vehicle.servo_lag if servo_lag is None else servo_lag
-    return None if lag is None else servo_response(timed, lag)
+    lag: Any = servo_lag
+    if lag is None:
+        lag = timed.gait.vehicle.servo_lag
+    if lag is None:
+        return None
+    return servo_response(timed, lag)

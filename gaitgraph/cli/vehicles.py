@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gaitgraph.cli.options import VehicleName, common_options, force_option
-from gaitgraph.cli.output import print_json, print_problem, wants_json
+from gaitgraph.cli.output import print_problem, tell, wants_json
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import Kind
@@ -47,16 +47,16 @@ def vehicles_command(
         raise click.UsageError(
             "of NAME_OR_FILE, --vehicle and --from only one can be given"
         )
-    if source is not None:
+    if source is None:
+        vehicle = vehicle or named
         if output is not None:
-            raise click.UsageError(
-                "--output cannot be combined with --from; give it with the TOML that is printed"
-            )
-        return _show_description(source)
-    vehicle = vehicle or named
+            _write_model(vehicle, output, force=force)
+        return _show_vehicles(vehicle, coefficients, output)
     if output is not None:
-        _write_model(vehicle, output, force=force)
-    return _show_vehicles(vehicle, coefficients, output)
+        raise click.UsageError(
+            "--output cannot be combined with --from; give it with the TOML that is printed"
+        )
+    return _show_description(source)
 
 
 def _show_description(source: str) -> int:
@@ -64,25 +64,22 @@ def _show_description(source: str) -> int:
     from gaitgraph.flight.vehicle_files import read_description
 
     description = read_description(source)
-    if wants_json():
-        constants = [] if description.reasons else [description.constants]
-        print_json(
-            {
-                "vehicles": constants,
-                "rotors": description.rotors,
-                "missing": description.missing,
-                "reasons": description.reasons,
-                "notes": [*description.beside, *description.notes],
-            }
-        )
-    else:
-        click.echo(description.as_toml())
-        if description.missing:
-            missing = ", ".join(description.missing)
-            print_problem(
-                f"warning: the file does not state {missing}: add what you know"
-            )
-    return 1 if description.reasons or "drag_to_thrust" in description.missing else 0
+    missing = description.missing
+    vehicles = []
+    if not description.reasons:
+        vehicles.append(description.constants)
+    content = {
+        "vehicles": vehicles,
+        "rotors": description.rotors,
+        "missing": missing,
+        "reasons": description.reasons,
+        "notes": description.beside + description.notes,
+    }
+    tell(content, [description.as_toml()])
+    if missing and not wants_json():
+        names = ", ".join(missing)
+        print_problem(f"warning: the file does not state {names}: add what you know")
+    return int(bool(description.reasons) or "drag_to_thrust" in missing)
 
 
 def _write_model(vehicle: Vehicle | None, output: str, *, force: bool) -> None:
@@ -110,24 +107,26 @@ def _show_vehicles(
         vehicles = [vehicle_named(name) for name in preset_names()]
     else:
         vehicles = [vehicle]
-    rows = [
-        {**one.as_mapping(), **_crossings_of(one, coefficients)} for one in vehicles
-    ]
-    if wants_json():
-        print_json({"vehicles": rows})
-        return 0
-    for one, row in zip(vehicles, rows, strict=True):
-        unlikely = unlikely_limits(
-            {kind: row.get(f"max_tilt_{kind}") for kind in ("rate", "acceleration")}
-        )
-        for warning in (*unlikely, *one.warnings):
-            print_problem(f"warning: {warning}")
-        crossing = _crossing_text(one, row["crossings"])
-        click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, {crossing}")
-        click.echo("\n".join(str(one).splitlines()[1:]))
+    rows = []
+    lines = []
+    for shown in vehicles:
+        row = {**shown.as_mapping(), **_crossings_of(shown, coefficients)}
+        rows.append(row)
+        crossing = _crossing_text(shown, row["crossings"])
+        lines.append(f"{shown.name}: κ = {shown.drag_ratio:.6f}, {crossing}")
+        lines += str(shown).splitlines()[1:]
+        if not wants_json():
+            warnings = unlikely_limits(
+                {
+                    "rate": row.get("max_tilt_rate"),
+                    "acceleration": row.get("max_tilt_acceleration"),
+                }
+            )
+            for warning in (*warnings, *shown.warnings):
+                print_problem(f"warning: {warning}")
     if output is not None:
-        click.echo(f"wrote {output}")
-    return 0
+        lines.append(f"wrote {output}")
+    return tell({"vehicles": rows}, lines)
 
 
 def _crossings_of(vehicle: Vehicle, coefficients: Kind | None) -> dict[str, Any]:

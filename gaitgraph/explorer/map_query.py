@@ -19,7 +19,6 @@ from gaitgraph.invertibility.error_margins import servo_margins_found
 from gaitgraph.surface.sheets import (
     COLORS,
     RAISED,
-    SIGNS,
     Color,
     sheet_angles,
     text_from_types,
@@ -182,13 +181,7 @@ def _rings(
     """Return a region as rings; MissingConstant if the flyable region of the vehicle is unknown."""
     import shapely
 
-    from gaitgraph.surface.curved_region import sheet_region
-
-    if vehicle.asymmetry is None:
-        places: Any = _region(name, vehicle, coefficients, sheet).inner
-    else:
-        proven = [sheet_region(vehicle, sign=sign).inner for sign in SIGNS]
-        places = shapely.union_all(proven)
+    places = _region(name, vehicle, coefficients, sheet).inner
     rings = shapely.get_rings(shapely.get_parts(places))
     return [to_digits(shapely.get_coordinates(ring), 5) for ring in rings]
 

@@ -113,25 +113,28 @@ class Basin(Record):
     @property
     def cases(self) -> dict[str, int]:
         """Number of attitudes of each of :data:`CASES`."""
-        counts = [
-            (self.inside == here) & (self.settled == well)
-            for here in (True, False)
-            for well in (True, False)
-        ]
-        return dict(zip(CASES, (int(count.sum()) for count in counts), strict=True))
+        counts = (
+            self.inside & self.settled,
+            self.inside & ~self.settled,
+            ~self.inside & self.settled,
+            ~self.inside & ~self.settled,
+        )
+        return dict(zip(CASES, map(int, map(np.sum, counts)), strict=True))
 
     @property
     def outcomes(self) -> dict[str, int]:
         """Number of flights with each outcome that occurred."""
-        return {
-            OUTCOMES[code]: int((self.outcome == code).sum())
-            for code in np.unique(self.outcome)
-        }
+        counts = {}
+        for code in np.unique(self.outcome):
+            counts[OUTCOMES[code]] = int((self.outcome == code).sum())
+        return counts
 
     @property
     def name(self) -> str:
         """The gait that was flown."""
-        return "the gait itself" if self.bias == 1.0 else f"biased by {self.bias:g}"
+        if self.bias == 1.0:
+            return "the gait itself"
+        return f"biased by {self.bias:g}"
 
     @property
     def columns(self) -> dict[str, Any]:
@@ -144,7 +147,7 @@ class Basin(Record):
             "begin": begin.ravel(),
             "roll": roll.ravel(),
             "pitch": pitch.ravel(),
-            "outcome": tuple(OUTCOMES[code] for code in self.outcome.flat),
+            "outcome": tuple(map(OUTCOMES.__getitem__, self.outcome.flat)),
             "seconds": self.seconds.ravel(),
             "peak_share": self.peak_share.ravel(),
             "acceptable": np.tile(self.inside.ravel(), len(self.begins)).astype(float),
@@ -154,6 +157,10 @@ class Basin(Record):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values, ready for JSON."""
+        flights = {}
+        for name, values in self.columns.items():
+            if name != "eta":
+                flights[name] = np.asarray(values).tolist()
         return {
             "eta": self.bias,
             "refused": bool(self.refusal),
@@ -166,11 +173,7 @@ class Basin(Record):
             "acceptable_fraction": self.acceptable_fraction,
             **self.cases,
             "outcomes": self.outcomes,
-            "flights": {
-                name: np.asarray(values).tolist()
-                for name, values in self.columns.items()
-                if name != "eta"
-            },
+            "flights": flights,
         }
 
     def __str__(self) -> str:
@@ -178,27 +181,20 @@ class Basin(Record):
         head = f"Basin of {self.name}: {m} by {m} attitudes, roll and pitch up to {span:g}°"
         if self.refusal:
             return f"{head}: refused before take-off: {self.refusal}"
-        cases = self.cases
+        inside, inside_lost, outside, outside_lost = self.cases.values()
         counts = [f"{count} {name}" for name, count in self.outcomes.items()]
         rows = [
-            (
-                "acceptable",
-                f"{cases['inside_settled']} settled, {cases['inside_lost']} lost",
-            ),
-            (
-                "singular once",
-                f"{cases['outside_settled']} settled, {cases['outside_lost']} lost",
-            ),
+            ("acceptable", f"{inside} settled, {inside_lost} lost"),
+            ("singular once", f"{outside} settled, {outside_lost} lost"),
             ("flights", ", ".join(counts)),
             ("tilt angles", arms_text(self.settings, self.timed.gait.vehicle)),
         ]
-        times = self.seconds[self.outcome == 0]
-        if times.size:
-            peak = float(self.peak_share[self.outcome == 0].max())
+        has_settled = self.outcome == 0
+        if has_settled.any():
+            last = self.seconds[has_settled].max()
+            peak = self.peak_share[has_settled].max()
             thrust = f"{peak:.3g} times a quarter of the weight"
-            rows.append(
-                ("settled", f"after {times.max():.2f} s at most, with {thrust}")
-            )
+            rows.append(("settled", f"after {last:.2f} s at most, with {thrust}"))
         shares = f"{100 * self.fraction:.1f} % settled, {100 * self.acceptable_fraction:.1f} % acceptable"
         return "\n".join([f"{head}: {shares}", *table_lines(rows)])
 
@@ -257,10 +253,7 @@ def basins_of(
     biases = checked_factors("bias", bias)
     if not biases or len(set(biases)) < len(biases):
         raise wrong("bias", "must be different numbers in (0, 1]", biases)
-    gaits = [
-        timed if factor == 1.0 else biased_timed_gait(timed, factor)
-        for factor in biases
-    ]
+    gaits = [timed if eta == 1 else biased_timed_gait(timed, eta) for eta in biases]
     angles = _grid_angles(resolution, extent)
     whole_number("begins", begins, 1, _MOST_FLIGHTS)
     flights = len(biases) * int(begins) * int(resolution) ** 2
@@ -340,9 +333,7 @@ def _basin_of(
             flown = simulation.run_many(
                 attitudes, until_settled=timed.period, progress=part
             )
-            outcome[k], seconds[k], peak[k] = (
-                values.reshape(roll.shape) for values in flown
-            )
+            outcome[k], seconds[k], peak[k] = np.reshape(flown, (3, *roll.shape))
             warnings += simulation.warnings
     exact = coefficients_of(vehicle, "exact")
     alpha = timed.at(starts).alpha[:, None, None]
@@ -369,12 +360,11 @@ def _basin_of(
 def table_of_basins(every: Sequence[Basin]) -> Table:
     """Return one table of the flights of several basins, one row a flight; columns as :meth:`Basin.columns` has."""
     about = about_table("basin", every[0].timed, every[0].settings)
-    tables = [basin.columns for basin in every]
     columns: dict[str, Any] = {}
-    for name, values in tables[0].items():
-        parts = [table[name] for table in tables]
-        if isinstance(values, np.ndarray):
-            columns[name] = np.concatenate(parts)
-        else:
+    for name in every[0].columns:
+        parts = [basin.columns[name] for basin in every]
+        if name == "outcome":
             columns[name] = tuple(chain.from_iterable(parts))
+        else:
+            columns[name] = np.concatenate(parts)
     return Table(columns=columns, about=about)

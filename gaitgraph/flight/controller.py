@@ -102,37 +102,23 @@ class Command(NamedTuple):
 
 def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> Allocation:
     """Return the inverse of the decoupling matrix at tilt angles of shape (n, 4) [rad]."""
-    force, moment = (
-        np.moveaxis(part * thrust_signs(vehicle), 0, -1)
-        for part in rotor_directions(np.atleast_2d(alpha), vehicle)
-    )
-    # The generalised cross product of the rows; without rank it is zero, and all is divided by infinity.
-    free = _across(*moment)
-    size = np.linalg.norm(free, axis=0)
-    size = np.where(size > 1e-12, size, np.inf)
-    free /= size
-    # Column j of P is normal to w and to the other two rows, and its product with row j is 1.
-    first, second, third = moment
-    pairs = (third, second), (first, third), (second, first)
-    columns = [_across(before, after, free) / size for before, after in pairs]
+    signs = thrust_signs(vehicle)
+    directions = rotor_directions(np.atleast_2d(alpha), vehicle)
+    force, moment = (np.asarray(part) * signs for part in directions)
+    # The generalised cross product of the rows of the moment matrix; without rank it is zero.
+    minors = [np.linalg.det(np.delete(moment, k, axis=-1)) for k in range(4)]
+    free = np.stack(minors, axis=-1) * [1.0, -1.0, 1.0, -1.0]
+    size = np.linalg.norm(free, axis=-1, keepdims=True)
+    has_rank = size > 1e-12
+    free = np.where(has_rank, free / np.where(has_rank, size, 1.0), 0.0)
     # w is continuous along the course, so a sign that is right in its first row is right in all.
-    if force[2, :, 0] @ free[:, 0] < 0.0:
+    if force[0, 2] @ free[0] < 0.0:
         free = -free
-    thrusts = np.stack([*columns, free], axis=1)
-    lifts = np.einsum("ikn,kjn->nji", force, thrusts)
-    squared = np.sum(thrusts[:, :3] ** 2, axis=(0, 1))
-    return Allocation(lifts, np.moveaxis(thrusts, -1, 0).copy(), squared)
-
-
-def _across(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Return the vectors normal to three, of shapes (4, n); their products with others d are det(d, a, b, c)."""
-    even = (1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)
-    return np.stack([
-        a[i] * (b[j] * c[k] - b[k] * c[j])
-        + a[j] * (b[k] * c[i] - b[i] * c[k])
-        + a[k] * (b[i] * c[j] - b[j] * c[i])
-        for i, j, k in even
-    ])  # fmt: skip
+    inverse = np.where(has_rank[..., None], np.linalg.pinv(moment), 0.0)
+    thrusts = np.concatenate([inverse, free[..., None]], axis=-1)
+    lifts = np.swapaxes(force @ thrusts, -1, -2)
+    squared = np.sum(inverse**2, axis=(-2, -1))
+    return Allocation(lifts, thrusts, squared)
 
 
 def motion_of(

@@ -33,7 +33,11 @@ def biased_timed_gait(timed: TimedGait, bias: float) -> TimedGait:
 
 def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
     """Return the course that repeats a gait, from a moment of its period on [s]."""
-    return Course(sections=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
+    return Course(
+        sections=((0.0, begin, timed),),
+        duration=np.inf,
+        phases=("gait",),
+    )
 
 
 def arm_response(
@@ -50,18 +54,21 @@ def arm_response(
     (:func:`servo_response`) passes through it to the arm. `rate` is of the tilt axis, which a servo whose own rate is
     that over the linkage's smallest slope reaches everywhere.
     """
-    arms = []
-    for angles, linkage, arm_lag, arm_rate in zip(
-        command.T, vehicle.linkages, four_of(lag), four_of(rate), strict=True
-    ):
-        servo, servo_rate = angles, arm_rate
+    lags, rates = four_of(lag), four_of(rate)
+    arms = np.empty_like(command)
+    for k, linkage in enumerate(vehicle.linkages):
+        servo = command[:, k]
+        servo_rate = rates[k]
         if linkage is not None:
-            servo, _ = linked(linkage, angles, to_servo=True)
-            slopes = [(b - d) / (a - c) for (a, b), (c, d) in pairwise(linkage)]
-            servo_rate = arm_rate / min(map(abs, slopes))
-        servo = servo_response(servo[:, None], step, lag=arm_lag, rate=servo_rate)
-        arms.append(servo if linkage is None else linked(linkage, servo)[0])
-    return np.hstack(arms)
+            servo, _ = linked(linkage, servo, to_servo=True)
+            servos, tilts = np.transpose(linkage)
+            slopes = np.diff(tilts) / np.diff(servos)
+            servo_rate = rates[k] / np.abs(slopes).min()
+        servo = servo_response(servo[:, None], step, lag=lags[k], rate=servo_rate)[:, 0]
+        if linkage is not None:
+            servo, _ = linked(linkage, servo)
+        arms[:, k] = servo
+    return arms
 
 
 def servo_response(

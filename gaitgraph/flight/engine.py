@@ -8,7 +8,6 @@ about the hinge. Stiff position actuators hold the hinges at the servo angles.
 
 from __future__ import annotations
 
-import math
 import os
 from contextlib import contextmanager
 from copy import copy
@@ -259,122 +258,81 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
     mass, inertia, length = vehicle.require(
         "mass", "inertia", "arm_length", purpose="flight"
     )
-    if vehicle.arm_inertia is not None:
-        arm = vehicle.arm_inertia
-    else:
-        arm = _LIGHT * min(inertia)
-    frames = _arm_frames(vehicle, length)
-    hinges = [frame.hinge for frame in frames]
-    farthest = max(math.hypot(*hinge) for hinge in hinges)
+    arm = vehicle.arm_inertia or _LIGHT * min(inertia)
+    tilt_axes, thrust_axes = vehicle.axes
+    rotors = length * np.array(vehicle.scaled_positions)
+    # An arm's hinge is where its tilt axis is nearest to the centre.
+    reaches = np.sum(rotors * tilt_axes, axis=1)
+    hinges = rotors - reaches[:, None] * tilt_axes
+    farthest = np.linalg.norm(hinges, axis=1).max()
     arm_mass = min(arm / ((_BOX * length) ** 2 + farthest**2), _MOST_ARM_MASS * mass)
     # The arms' mass is on their hinges. The body's is as far on the other side of the centre of mass as balances it.
     body_mass = mass - 4 * arm_mass
-    drop = [arm_mass * sum(parts) / body_mass for parts in zip(*hinges, strict=True)]
-    moved = arm_mass * sum(_about_center(hinge) for hinge in hinges)
-    moved = moved + body_mass * _about_center(drop)
-    tensor = np.diag([moment - 4.0 * arm for moment in inertia]) - moved
-    body: list[float] = np.diag(tensor).tolist()
-    turn = ""
-    if farthest:  # without it the engine takes so small a drop for none
-        turn = ' quat="0 0 0 1"'
-    if np.any(tensor != np.diag(body)):
-        moments, axes = np.linalg.eigh(tensor)
-        body = moments.tolist()
-        turn = f' quat="{_quaternion_text(axes * np.linalg.det(axes))}"'
+    center = -arm_mass * hinges.sum(axis=0) / body_mass
+    moved = body_mass * _about_center(center)
+    for hinge in hinges:
+        moved = moved + arm_mass * _about_center(hinge)
+    moments, axes = np.linalg.eigh(np.diag(inertia) - 4.0 * arm * np.eye(3) - moved)
     if vehicle.arm_inertia is None and _is_rigid(inertia):
-        largest = max(range(3), key=body.__getitem__)
-        body[largest] = min(body[largest], sum(body[:largest] + body[largest + 1 :]))
-    if not _is_rigid(body):
+        moments[2] = min(moments[2], moments[0] + moments[1])
+    if not _is_rigid(moments):
         of_arms = ""
         if vehicle.arm_inertia is not None:
             of_arms = f" without {4 * arm:.4g} of each for four arms"
         raise InputError(
             f"inertia of vehicle {vehicle.name!r} must be three positive moments (kg m²), each at most the sum of the "
-            f"others; {list(inertia)}{of_arms} is not that of a rigid body"
+            f"others; {list(inertia)}{of_arms} is not that of a rigid body",
+            field="inertia",
+            value=inertia,
         )
     stiffness = arm * (_STIFF / step) ** 2
     damping = 2.0 * arm * _STIFF / step
-    drags, lag = [drag * length for drag in vehicle.scaled_drags], ""
+    lag = ""
     if vehicle.rotor_lag is not None:
         lag = f' dyntype="filterexact" dynprm="{vehicle.rotor_lag!r}"'
-    arms, thrusts, servos, ranges = [], [], [], [""] * 4
-    if vehicle.tilt_range is not None:
-        ranges = [f' range="{low!r} {high!r}"' for low, high in vehicle.tilt_range]
+    arms = thrusts = servos = ""
     for k, spin in enumerate(thrust_signs(vehicle).tolist()):
-        drag, frame = drags[k], frames[k]
-        arms.append(f"""
-   <body name="arm{k + 1}" pos="{_text_of(frame.hinge)}" quat="{frame.turn}">
-    <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>
-    <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"{ranges[k]}/>
-    <site name="rotor{k + 1}" pos="{frame.reach!r} 0 0" size="{0.01 * length!r}"/>
-   </body>""")
-        thrusts.append(
-            f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-spin * drag!r}"{lag}/>'
-        )
-        servos.append(
-            f'\n  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>'
-        )
-    gravity = f"0 0 {-vehicle.gravity!r}"
+        drag = -spin * vehicle.scaled_drags[k] * length
+        across = np.cross(thrust_axes[k], tilt_axes[k])
+        tilt_range = ""
+        if vehicle.tilt_range is not None:
+            tilt_range = f' range="{_text_of(vehicle.tilt_range[k])}"'
+        arms += f"""
+   <body name="arm{k + 1}" pos="{_text_of(hinges[k])}" xyaxes="{_text_of([*tilt_axes[k], *across])}">
+    <inertial pos="0 0 0" mass="{arm_mass}" diaginertia="{arm} {arm} {arm}"/>
+    <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"{tilt_range}/>
+    <site name="rotor{k + 1}" pos="{reaches[k]} 0 0" size="{0.01 * length}"/>
+   </body>"""
+        thrusts += f"""
+  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {drag}"{lag}/>"""
+        servos += f"""
+  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness}" kv="{damping}"/>"""
     medium = ' density="1.225" viscosity="1.8e-5"' if air else ""
-    body_inertia = _text_of(body)
     return f"""<mujoco model="tilt-rotor">
  <compiler angle="radian" autolimits="true"/>
- <option timestep="{step!r}" gravity="{gravity}" integrator="implicitfast"{medium}>
+ <option timestep="{step}" gravity="0 0 {-vehicle.gravity}" integrator="implicitfast"{medium}>
   <flag contact="disable" constraint="disable"/>
  </option>
  <worldbody>
   <body name="vehicle">
    <freejoint name="base"/>
-   <inertial pos="{_text_of(-part or 0 for part in drop)}"{turn} mass="{body_mass!r}" diaginertia="{body_inertia}"/>{"".join(arms)}
+   <inertial pos="{_text_of(center)}" xyaxes="{_text_of(axes.T[:2].ravel())}" mass="{body_mass}" diaginertia="{_text_of(moments)}"/>{arms}
   </body>
  </worldbody>
- <actuator>{"".join(thrusts)}{"".join(servos)}
+ <actuator>{thrusts}{servos}
  </actuator>
 </mujoco>
 """
 
 
-class _ArmFrame(NamedTuple):
-    """An arm's axes: x along the tilt axis through the `hinge` to the rotor, at `reach` from there, z along the thrust."""
-
-    hinge: tuple[float, ...]
-    turn: str  # quaternion
-    reach: float
-
-
-def _arm_frames(vehicle: Vehicle, length: float) -> list[_ArmFrame]:
-    """Return the frames of the arms; with axes of its own an arm's hinge is where its tilt axis is nearest to the centre."""
-    frames = []
-    if not vehicle.has_own_axes:
-        places = (vehicle.arm_angles, vehicle.arm_lengths, vehicle.rotor_heights)
-        for angle, reach, height in zip(*places, strict=True):
-            turn = f"{math.cos(angle / 2)!r} 0 0 {math.sin(angle / 2)!r}"
-            frames.append(_ArmFrame((0, 0, height), turn, reach or 0.0))
-        return frames
-    rotors = length * np.array(vehicle.scaled_positions)
-    for place, tilt, thrust in zip(rotors, *vehicle.axes, strict=True):
-        reach = float(place @ tilt)
-        hinge = tuple((place - reach * tilt).tolist())
-        axes = np.column_stack([tilt, np.cross(thrust, tilt), thrust])
-        frames.append(_ArmFrame(hinge, _quaternion_text(axes), reach))
-    return frames
-
-
-def _quaternion_text(axes: FloatArray) -> str:
-    """Return the unit quaternion (w, x, y, z) of axes, the columns of a rotation."""
-    from scipy.spatial.transform import Rotation
-
-    return _text_of(np.roll(Rotation.from_matrix(axes).as_quat(), 1).tolist())
-
-
-def _about_center(place: Sequence[float]) -> FloatArray:
+def _about_center(place: FloatArray) -> FloatArray:
     """Return the inertia of a unit mass at a place about the origin, shape (3, 3)."""
-    return np.asarray(np.dot(place, place) * np.eye(3) - np.outer(place, place))
+    return np.asarray(place @ place * np.eye(3) - np.outer(place, place))
 
 
 def _text_of(values: Iterable[float]) -> str:
-    return " ".join(map(repr, values))
+    return " ".join(str(float(value)) for value in values)
 
 
-def _is_rigid(moments: Sequence[float]) -> bool:
+def _is_rigid(moments: Sequence[float] | FloatArray) -> bool:
     return min(moments) > 0.0 and sum(moments) >= 2.0 * max(moments) * (1.0 - 1e-9)

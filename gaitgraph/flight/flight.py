@@ -128,45 +128,36 @@ class FlightSettings(Record):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for one in fields(self):
-            value = getattr(self, one.name)
-            is_default = value is None and one.default is None
-            if "range" in one.metadata and not is_default:
-                low, high, unit = one.metadata["range"]
-                if not low <= number_of(value) <= high:
-                    raise wrong(
-                        one.name,
-                        f"must be between {low:g} and {high:g} ({unit})",
-                        value,
-                    )
+        for setting in fields(self):
+            value = getattr(self, setting.name)
+            if "range" not in setting.metadata or value is setting.default is None:
+                continue
+            low, high, unit = setting.metadata["range"]
+            if not low <= number_of(value) <= high:
+                rule = f"must be between {low:g} and {high:g} ({unit})"
+                raise wrong(setting.name, rule, value)
         checked_choice("reference", self.reference, REFERENCES)
         if self.arms is not None:
             checked_choice("arms", self.arms, get_args(Arms))
         if not isinstance(self.saturation, bool):
             raise wrong("saturation", "must be true or false", self.saturation)
         whole_number("seed", self.seed, 0, (1 << 64) - 1)
-        self._check_wind()
-        self._check_servo_errors()
+        rule = "must be two or three numbers from -100 to 100 (m/s)"
+        self._check_parts("wind", 3, 100.0, rule)
+        rule = "must be four angles from -π/2 to π/2 (rad)"
+        self._check_parts("servo_errors", 4, HALF_PI, rule)
         self._check_rate()
         self._check_gains()
 
-    def _check_wind(self) -> None:
-        wind = self.wind if isinstance(self.wind, tuple) else ()
-        if len(wind) != 3 or not all(abs(number_of(part)) <= 100.0 for part in wind):
-            raise wrong(
-                "wind", "must be two or three numbers from -100 to 100 (m/s)", self.wind
-            )
-
-    def _check_servo_errors(self) -> None:
-        errors: Any = self.servo_errors
-        if is_list(errors):
-            errors = tuple(errors)
-            object.__setattr__(self, "servo_errors", errors)  # the record is frozen
-        is_four = isinstance(errors, tuple) and len(errors) == 4
-        if not is_four or not all(abs(number_of(error)) <= HALF_PI for error in errors):
-            raise wrong(
-                "servo_errors", "must be four angles from -π/2 to π/2 (rad)", errors
-            )
+    def _check_parts(self, name: str, count: int, most: float, rule: str) -> None:
+        """Raise InputError unless a setting is so many numbers within ± `most`; make it a tuple."""
+        values = getattr(self, name)
+        if not is_list(values) or len(values) != count:
+            raise wrong(name, rule, values)
+        for value in values:
+            if not abs(number_of(value)) <= most:
+                raise wrong(name, rule, values)
+        object.__setattr__(self, name, tuple(values))  # the record is frozen
 
     def _check_rate(self) -> None:
         """Raise InputError if a control step is not a whole number of steps of the engine."""
@@ -185,9 +176,11 @@ class FlightSettings(Record):
         """Time to fly [s], unless the period of a gait or a course from hover takes longer."""
         if self.duration is not None:
             return self.duration
-        return {"attitude": 3.0, "hover": 8.0, "step": 8.0}.get(
-            self.reference, self.lap + 4.0
-        )
+        if self.reference == "attitude":
+            return 3.0
+        if self.reference in ("hover", "step"):
+            return 8.0
+        return self.lap + 4.0
 
     def seconds_of(self, course: Course) -> float:
         """Return the time to fly a course [s]."""
@@ -205,7 +198,9 @@ class FlightSettings(Record):
         """
         if self.arms is not None:
             return self.arms
-        return "served" if vehicle_named(vehicle).servo_feedback else "planned"
+        if vehicle_named(vehicle).servo_feedback:
+            return "served"
+        return "planned"
 
     @property
     def steps_per_control(self) -> int:
@@ -225,24 +220,20 @@ class FlightSettings(Record):
     def as_mapping(self) -> dict[str, Any]:
         """Return the settings as plain values; :func:`settings_from_mapping` reads them back."""
         values: dict[str, Any] = {}
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if "range" in one.metadata and value is not None:
-                value = float(value)
-            elif one.name in ("servo_errors", "wind"):
-                value = [float(part) for part in value]
+        for setting in fields(self):
+            value = getattr(self, setting.name)
+            if isinstance(value, tuple):
+                value = list(value)
             if value is not None:
-                values[one.name] = value
+                values[setting.name] = value
         return values
 
     def _check_gains(self) -> None:
         """Raise InputError for gains with which attitude or altitude, as sampled, or x and y are unstable."""
         interval = 1.0 / self.control_rate
         for loop in ("attitude", "altitude"):
-            stiffness, damping = (
-                float(getattr(self, f"{loop}_{gain}"))
-                for gain in ("stiffness", "damping")
-            )
+            stiffness = getattr(self, f"{loop}_stiffness")
+            damping = getattr(self, f"{loop}_damping")
             # With the input held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so
             # the poles are the roots of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h². They are inside |z| < 1
             # by a margin for c = 1/2 (thrusts held exactly) and c = 1, hence for every c between: for every step.
@@ -265,13 +256,15 @@ class FlightSettings(Record):
                 )
         if self.reference == "attitude":
             return
-        kp, kd = float(self.attitude_stiffness), float(self.attitude_damping)
-        kp_x, kd_x = float(self.position_stiffness), float(self.position_damping)
+        kp, kd = self.attitude_stiffness, self.attitude_damping
+        kp_x, kd_x = self.position_stiffness, self.position_damping
         # From attitude to place there are four integrators in series, with an input held between two control steps.
         # Poles δ of differences over the interval are stable where |1 + h·δ| < 1.
         taylor = np.cumprod(interval / np.arange(1, 5)) / interval
         gains = [kp * kp_x, kp * kd_x, kp, kd]
-        moved = sum(np.diag(np.full(4 - k, taylor[k - 1]), k) for k in range(1, 4))
+        moved = np.zeros((4, 4))
+        for k in range(1, 4):
+            moved += np.diag(np.full(4 - k, taylor[k - 1]), k)
         poles = np.linalg.eigvals(moved - np.outer(taylor[::-1], gains))
         if not np.all(2 * poles.real + interval * np.abs(poles) ** 2 < 0):
             raise InputError(
@@ -304,12 +297,10 @@ def settings_from_mapping(content: Any) -> FlightSettings:
     for name, value in content.items():
         if name in _ANGLES and isinstance(value, str):
             values[name] = angle_from_text(value, name)
-        elif name == "servo_errors" and isinstance(value, (list, tuple)):
-            values[name] = tuple(angle_from_text(error, name) for error in value)
-        elif (
-            name == "wind" and isinstance(value, (list, tuple)) and len(value) in (2, 3)
-        ):
-            values[name] = (*value, 0.0)[:3]
+        elif name == "servo_errors" and is_list(value):
+            values[name] = [angle_from_text(error, name) for error in value]
+        elif name == "wind" and is_list(value) and len(value) == 2:
+            values[name] = [*value, 0.0]
     return FlightSettings(**values)
 
 
@@ -318,24 +309,24 @@ def reference_at(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return wanted places [m], velocities [m/s], accelerations [m/s²] at times of shape (n,), each of shape (n, 3)."""
     t = np.asarray(t, dtype=float)
-    zero, one = np.zeros(len(t)), np.ones(len(t))
+    place, velocity, change = np.zeros((3, len(t), 3))
     share, rate, acceleration = LAWS["smooth"].motion(np.clip(t / settings.lap, 0, 1))
     rate, acceleration = rate / settings.lap, acceleration / settings.lap**2
-    x, y = (zero, zero, zero), (zero, zero, zero)
     if settings.reference == "step":
-        x = (one, zero, zero)
+        place[:, 0] = 1.0
     elif settings.reference == "line":
-        x = (share, rate, acceleration)
+        place[:, 0], velocity[:, 0], change[:, 0] = share, rate, acceleration
     elif settings.reference == "circle":
         angle, turn, faster = math.tau * share, math.tau * rate, math.tau * acceleration
         sine, cosine = np.sin(angle), np.cos(angle)
-        x = (1.0 - cosine, turn * sine, faster * sine + turn**2 * cosine)
-        y = (sine, turn * cosine, faster * cosine - turn**2 * sine)
-    place, velocity, change = (
-        settings.size * np.stack([ahead, left, zero], axis=-1)
-        for ahead, left in zip(x, y, strict=True)
-    )
-    return place, velocity, change
+        place[:, 0] = 1.0 - cosine
+        place[:, 1] = sine
+        velocity[:, 0] = turn * sine
+        velocity[:, 1] = turn * cosine
+        change[:, 0] = faster * sine + turn**2 * cosine
+        change[:, 1] = faster * cosine - turn**2 * sine
+    size = settings.size
+    return size * place, size * velocity, size * change
 
 
 COLUMNS = (
@@ -370,6 +361,12 @@ OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 """
 
 _AT = {name: k for k, name in enumerate(COLUMNS)}
+_REPORTED = (
+    "settled", "reason", "gait_errors", "refused", "outcome", "warnings", "duration", "settling_time", "peak_tilt",
+    "peak_thrust", "peak_thrust_share", "least_singular_value", "saturated_fraction", "energy",
+    "final_roll", "final_pitch", "drift", "tracking_error", "attitude", "arms",
+)  # fmt: skip
+"""The names of a flight in JSON."""
 _IN_WORDS = {
     "roll": "roll (rad)", "pitch": "pitch (rad)", "yaw": "yaw (rad)",
     "x": "x (m)", "y": "y (m)", "z": "altitude (m)",
@@ -425,7 +422,9 @@ class Flight(Pictured):
         """When it settled, or why it did not."""
         if self.settled or self.refused:
             return self.reason or f"settled after {self.settling_time:.2f} s"
-        return f"{'stopped' if self.failed else 'not settled'}: {self.reason}"
+        if self.failed:
+            return f"stopped: {self.reason}"
+        return f"not settled: {self.reason}"
 
     @property
     def vehicle(self) -> Vehicle:
@@ -522,29 +521,25 @@ class Flight(Pictured):
         runs = (t >= begin) & (t <= end)
         if not runs.any():
             return None
-        roll, pitch, yaw, altitude = (
-            float(np.abs(error_of(self.rows, name)[runs]).max())
-            for name in ("roll", "pitch", "yaw", "z")
-        )
-        return {"attitude": max(roll, pitch), "yaw": yaw, "altitude": altitude}
+        errors = {}
+        for name in ("roll", "pitch", "yaw", "z"):
+            errors[name] = float(np.abs(error_of(self.rows, name)[runs]).max())
+        attitude = max(errors["roll"], errors["pitch"])
+        return {"attitude": attitude, "yaw": errors["yaw"], "altitude": errors["z"]}
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the outcome and the numbers of the flight as plain values, ready for JSON."""
-        roll, pitch = self.rows[-1, 4:6].tolist() if len(self.rows) else (None, None)
-        names = (
-            "settled", "reason", "gait_errors", "refused", "outcome", "warnings", "duration", "settling_time", "peak_tilt",
-            "peak_thrust", "peak_thrust_share", "least_singular_value", "saturated_fraction", "energy",
-            "final_roll", "final_pitch", "drift", "tracking_error", "attitude", "arms",
-        )  # fmt: skip
-        own: dict[str, Any] = {
-            "warnings": list(self.warnings),
-            "attitude": list(self.attitude),
-            "arms": self.settings.arms_of(self.vehicle),
-        }
-        own |= {"duration": self.flown, "final_roll": roll, "final_pitch": pitch}
-        return {
-            name: own[name] if name in own else getattr(self, name) for name in names
-        }
+        mapping: dict[str, Any] = {}
+        for name in _REPORTED:
+            mapping[name] = getattr(self, name, None)
+        mapping["warnings"] = list(self.warnings)
+        mapping["attitude"] = list(self.attitude)
+        mapping["arms"] = self.settings.arms_of(self.vehicle)
+        mapping["duration"] = self.flown
+        if len(self.rows):
+            mapping["final_roll"] = float(self.column("roll")[-1])
+            mapping["final_pitch"] = float(self.column("pitch")[-1])
+        return mapping
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
@@ -556,16 +551,13 @@ class Flight(Pictured):
         timed = self.course.timed
         about = about_table("fly", timed, self.settings)
         about["flight"]["attitude"] = list(self.attitude)
-        if (
-            timed.gait.request
-        ):  # so that the gait can be planned again from the flight's file
-            timing = {}
+        if timed.gait.request:
+            # So that the gait can be planned again from the flight's file.
+            about["request"] = dict(timed.gait.request)
             if timed.law in LAWS:
-                timing = {"period": timed.period, "law": timed.law}
-            about["request"] = {**timed.gait.request, **timing}
-        return Table(
-            columns={name: self.rows[:, k] for name, k in _AT.items()}, about=about
-        )
+                about["request"] |= {"period": timed.period, "law": timed.law}
+        columns = dict(zip(COLUMNS, self.rows.T, strict=True))
+        return Table(columns=columns, about=about)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
         """Write tables, plots and films of the flight; see :func:`gaitgraph.plots.flights.write_flight`."""
@@ -575,18 +567,17 @@ class Flight(Pictured):
         return f"<Flight: {self.flown:g} s, {self.reason or self.verdict}>"
 
     def __str__(self) -> str:
-        roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in self.attitude)
-        head = f"Flight of {self.vehicle.name} from roll {roll}, pitch {pitch}: {self.verdict}"
+        roll, pitch = np.degrees(self.attitude)
+        start = f"from roll {roll:.3g}°, pitch {pitch:.3g}°"
+        head = f"Flight of {self.vehicle.name} {start}: {self.verdict}"
         if self.settled:
             head += f" of {self.flown:g} s"
         rows = []
-        if self.gait_errors is not None:
-            units = {"attitude": "rad", "yaw": "rad", "altitude": "m"}
-            worst = (
-                f"{name} {round(self.gait_errors[name], 4):g} {unit}"
-                for name, unit in units.items()
-            )
-            rows.append(("errors of the gait", f"{', '.join(worst)} at most"))
+        errors = self.gait_errors
+        if errors is not None:
+            attitude, yaw, altitude = np.round(list(errors.values()), 4)
+            text = f"attitude {attitude:g} rad, yaw {yaw:g} rad, altitude {altitude:g} m at most"
+            rows.append(("errors of the gait", text))
         if self.peak_tilt is not None:
             share = f"{self.peak_thrust_share:.3g} times a quarter of the weight"
             least = (
@@ -628,15 +619,15 @@ def record_of(
     """Return the record of a flight from its rows, none if it was refused, and outcome and reason of a `failure`."""
     if rows is None:
         rows = np.empty((0, len(COLUMNS)))
-    since, worst = settled_since(rows, settings)
-    outcome: Outcome = "settled"
-    reason = ""
     if failure is not None:
-        (outcome, reason), since = failure, None
-    elif since is None:
+        outcome, reason = failure
+        return Flight(course, settings, attitude, rows, outcome, reason, None, warnings)
+    since, worst = settled_since(rows, settings)
+    if since is None:
         outcome = "not settled"
         reason = f"it did not settle within {rows[-1, 0]:g} s: {worst}"
-    return Flight(course, settings, attitude, rows, outcome, reason, since, warnings)
+        return Flight(course, settings, attitude, rows, outcome, reason, None, warnings)
+    return Flight(course, settings, attitude, rows, "settled", "", since, warnings)
 
 
 def about_table(
@@ -660,14 +651,13 @@ def settled_since(
     rows: FloatArray, settings: FlightSettings
 ) -> tuple[float | None, str]:
     """Return the time after which all errors stayed within tolerance [s], or None and the worst error at the end."""
-    if not len(rows):
-        return None, "nothing was flown"
-    held = ("roll", "pitch") if settings.reference == "attitude" else ("x", "y")
-    names = (*held, "z", "yaw")
+    names = ["roll", "pitch", "z", "yaw"]
+    if settings.reference != "attitude":
+        names[:2] = ["x", "y"]
     errors = np.abs([error_of(rows, name) for name in names])
-    outside = np.flatnonzero((errors > settings.tolerance).any(axis=0))
-    since = int(outside[-1]) + 1 if len(outside) else 0
-    t = rows[:, _AT["t"]]
+    is_outside = (errors > settings.tolerance).any(axis=0)
+    since = np.flatnonzero(np.append(True, is_outside))[-1]
+    t = rows[:, 0]
     if since < len(rows) and t[-1] - t[since] >= settings.held - 1e-9:
         return float(t[since]), ""
     last = errors[:, t >= t[-1] - settings.held].max(axis=1)
@@ -678,5 +668,6 @@ def settled_since(
 def error_of(rows: FloatArray, name: str) -> FloatArray:
     """Return the difference of a column of a flight and what is wanted of it, zero for yaw, shape (n,)."""
     value = rows[:, _AT[name]]
-    wanted = _AT.get(f"{name}_wanted")
-    return value if wanted is None else np.asarray(value - rows[:, wanted])
+    if name == "yaw":
+        return value
+    return np.asarray(value - rows[:, _AT[f"{name}_wanted"]])

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import angle_from_text, in_degrees, is_list
+from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, is_list
 from gaitgraph.errors import InputError, wrong
 from gaitgraph.flight.controller import (
     LEVEL,
@@ -160,8 +160,10 @@ def in_flight(
     )
 
 
-def with_errors(motion: Motion, errors: Sequence[float]) -> Motion:
+def with_errors(motion: Motion, errors: Sequence[float] | None) -> Motion:
     """Return what sensors measure of a motion."""
+    if errors is None:
+        return motion
     return Motion(*map(add, motion, errors))
 
 
@@ -199,7 +201,9 @@ class Simulation:
         count = (self.controls + ahead) * every + 1
         steps: FloatArray = settings.step * np.arange(count, dtype=float)
         self.command: FloatArray = course.at(steps).alpha
-        lag = vehicle.servo_lag if settings.servo_lag is None else settings.servo_lag
+        lag: Any = settings.servo_lag
+        if lag is None:
+            lag = vehicle.servo_lag
         rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
         served: FloatArray = arm_response(
             self.command, vehicle, settings.step, lag=lag or 0.0, rate=rate
@@ -208,16 +212,19 @@ class Simulation:
         hinges = self.engine.servo_commands(self.actual)
         self._hinges = hinges[: self.controls * every]  # none in the last control step
         self._first_rates = (self.actual[1] - self.actual[0]) / settings.step
-        is_known = settings.arms_of(vehicle) == "served"
-        assumed = served if is_known else self.command
+        assumed = self.command
+        if settings.arms_of(vehicle) == "served":
+            assumed = served
         self._allocation = allocation_of(assumed[::every], vehicle)
         self._wanted = self._references(ahead)
-        limit = min(settings.thrust_limit or vehicle.max_thrust or _LARGEST, _LARGEST)
         self._floor = max(settings.floor, _LEAST_FLOOR)
         self._reach = 1.0
         if vehicle.rotor_lag is not None:
             self._reach = -math.expm1(-self.interval / vehicle.rotor_lag)
-        self._limits = (0.0, limit) if settings.saturation else (-_LARGEST, _LARGEST)
+        self._limits = (-_LARGEST, _LARGEST)
+        if settings.saturation:
+            limit = settings.thrust_limit or vehicle.max_thrust or _LARGEST
+            self._limits = (0.0, limit)
         self._noise = sensor_noise(settings, self.controls)
         self._gusts = gusts_of(settings, self.controls)
 
@@ -264,13 +271,18 @@ class Simulation:
         set_inputs, control = Struct("8d").pack_into, data.ctrl  # faster than an array
         log = array("d")  # faster than lists of numbers
         roll, pitch = attitude
-        engine.place(self.actual[0], roll=roll, pitch=pitch, rates=self._first_rates)
+        engine.place(
+            self.actual[0],
+            roll=roll,
+            pitch=pitch,
+            rates=self._first_rates,
+        )
         failure, sign = None, 0.0
         with engine_warnings():
             for k, (allocation, wanted, errors) in enumerate(self._known()):
                 place, speed = data.qpos.tolist(), data.qvel.tolist()
                 motion = motion_of(place, speed)
-                measured = motion if errors is None else with_errors(motion, errors)
+                measured = with_errors(motion, errors)
                 command = command_of(measured, allocation, wanted)
                 conditions = in_flight(
                     data.time, motion, measured, command, sign, floor
@@ -284,7 +296,8 @@ class Simulation:
                     thrusts = leading(thrusts, data.act, self._reach)
                 if not low <= min(thrusts) <= max(thrusts) <= high:
                     thrusts = [min(max(thrust, low), high) for thrust in thrusts]
-                log.extend((*motion, *place[7:], *thrusts, *command[2:]))
+                for values in (motion, place[7:], thrusts, command[2:]):
+                    log.extend(values)
                 if k == 0:
                     data.act[:] = thrusts[: model.na]  # the rotors turn already
                 if torque_of is not None:
@@ -321,7 +334,7 @@ class Simulation:
             for k, (allocation, wanted, errors) in enumerate(self._known()):
                 state = fleet.state()
                 motion = motion_of(state.place, state.speed, np)
-                measured = motion if errors is None else with_errors(motion, errors)
+                measured = with_errors(motion, errors)
                 command = command_of(measured, allocation, wanted)
                 conditions = in_flight(
                     state.time, motion, measured, command, air.sign, self._floor
@@ -501,30 +514,28 @@ def before_take_off(
         if not timed.law_stated:
             straight = f"{timed.samples} rows are flown straight from one to the next"
             warnings.append(f"the timing matches no built-in law: {straight}")
-    # Whether only a part of the course, the period or the lap is flown.
-    seconds, is_finite = settings.seconds_of(course), math.isfinite(course.duration)
-    for name, whole, meaning in (
-        ("course", course.duration if is_finite else 0.0, "the rest is not flown"),
-        (
-            "period",
-            course.moving_period * (not is_finite),
-            "the rest of the gait is not tested",
-        ),
-        (
-            "lap",
-            settings.lap * (settings.reference in ("line", "circle")),
-            "the reference is not followed to its end",
-        ),
-    ):
-        if seconds < whole * (1 - 1e-9):
-            part = f"{100 * seconds / whole:.3g} % of a {name} of {whole:g} s"
-            warnings.append(f"the flight of {seconds:g} s is {part}: {meaning}")
-    if anyway:
-        return "", (
-            *(f"flown although it is not flyable: {message}" for message in forbidden),
-            *warnings,
+    seconds = settings.seconds_of(course)
+    if math.isfinite(course.duration):
+        _warn_of_part(warnings, seconds, "course", course.duration)
+    else:
+        _warn_of_part(warnings, seconds, "period", course.moving_period)
+    if settings.reference in ("line", "circle"):
+        _warn_of_part(warnings, seconds, "lap", settings.lap)
+    if not forbidden:
+        return "", tuple(warnings)
+    if not anyway:
+        return forbidden[0], tuple(warnings)
+    flown = [f"flown although it is not flyable: {message}" for message in forbidden]
+    return "", tuple(flown + warnings)
+
+
+def _warn_of_part(warnings: list[str], seconds: float, name: str, whole: float) -> None:
+    """Add a warning if only a part of something is flown."""
+    if seconds < whole * (1 - 1e-9):
+        part = f"{100 * seconds / whole:.3g} % of a {name} of {whole:g} s"
+        warnings.append(
+            f"the flight of {seconds:g} s is {part}: the rest is not tested"
         )
-    return forbidden[0] if forbidden else "", tuple(warnings)
 
 
 def fly(
@@ -588,26 +599,30 @@ def fly(
         )
         return record_of(course, settings, start, failure=failure, warnings=warnings)
     simulation = Simulation(course, settings)
-    return replace(simulation.run(start), warnings=(*warnings, *simulation.warnings))
+    return replace(simulation.run(start), warnings=warnings + simulation.warnings)
 
 
 def _course_of(motion: TimedGait) -> Course:
     """Return the course of a mission, or that which repeats a gait, or runs a path once."""
-    if isinstance(motion, JoinedPath) and motion.course.phases[0] == HOVER:
+    if isinstance(motion, JoinedPath) and motion.phases:
         return motion.course
-    return repeated(motion)
+    if not motion.phases:
+        return repeated(motion)
+    # The rows of a mission, joined by straight lines.
+    return Course(
+        sections=tuple((begin, begin, motion) for _, begin in motion.phases),
+        duration=motion.period,
+        phases=tuple(name for name, _ in motion.phases),
+    )
 
 
 def checked_attitude(attitude: Any) -> tuple[float, float]:
     """Return roll and pitch in radians, or raise InputError."""
-    parts = attitude if is_list(attitude) else ()
-    angles = [angle_from_text(part, "attitude") for part in parts]
-    if (
-        len(angles) != 2
-        or not abs(angles[0]) <= math.pi
-        or not abs(angles[1]) < math.pi / 2
-    ):
-        wanted = "a roll from -pi to pi and a pitch between -pi/2 and pi/2"
-        hint = next(filter(None, map(in_degrees, parts)), "")
-        raise wrong("attitude", f"must be {wanted}", attitude, hint)
-    return angles[0], angles[1]
+    wanted = "must be a roll from -pi to pi and a pitch between -pi/2 and pi/2"
+    if not is_list(attitude) or len(attitude) != 2:
+        raise wrong("attitude", wanted, attitude)
+    roll, pitch = (angle_from_text(angle, "attitude") for angle in attitude)
+    if abs(roll) > math.pi or abs(pitch) >= HALF_PI:
+        hint = in_degrees(attitude[0]) or in_degrees(attitude[1])
+        raise wrong("attitude", wanted, attitude, hint)
+    return roll, pitch

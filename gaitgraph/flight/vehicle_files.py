@@ -63,9 +63,12 @@ class Description:
     @property
     def missing(self) -> list[str]:
         """Names of the constants that the file does not state: of a vehicle, or of its rotors."""
-        if self.reasons:
-            return [] if "moment_ratio" in self.rotors[0] else ["moment_ratio"]
-        return [name for name in (*_NEEDED, *_LIMITS) if name not in self.constants]
+        if not self.reasons:
+            names = _NEEDED + _LIMITS
+            return [name for name in names if name not in self.constants]
+        if "moment_ratio" not in self.rotors[0]:
+            return ["moment_ratio"]
+        return []
 
     @property
     def geometry(self) -> Geometry:
@@ -77,22 +80,19 @@ class Description:
 
     def as_toml(self) -> str:
         """Return a vehicle, or where the method does not fit its rotors, as TOML that ``--vehicle`` reads."""
-        lines = [f"# {note}" for note in (*self.reasons, *self.beside, *self.notes)]
-        stated = {"name": self.constants["name"]} if self.reasons else self.constants
-        lines += [
-            f"{name} = {json.dumps(value, ensure_ascii=False)}"
-            for name, value in stated.items()
-        ]
-        lines += [
-            f"# {name} =  # {_UNITS.get(name, 'm')}, not in the file"
-            for name in self.missing
-        ]
-        for rotor in self.rotors if self.reasons else ():
-            lines += [
-                "",
-                "[[rotor]]",
-                *(f"{name} = {json.dumps(value)}" for name, value in rotor.items()),
-            ]
+        notes = self.reasons + self.beside + self.notes
+        lines = [f"# {note}" for note in notes]
+        for name, value in self.constants.items():
+            if name == "name" or not self.reasons:
+                lines.append(f"{name} = {json.dumps(value, ensure_ascii=False)}")
+        for name in self.missing:
+            unit = _UNITS.get(name, "m")
+            lines.append(f"# {name} =  # {unit}, not in the file")
+        if self.reasons:
+            for rotor in self.rotors:
+                lines += ["", "[[rotor]]"]
+                for name, value in rotor.items():
+                    lines.append(f"{name} = {json.dumps(value)}")
         return "\n".join(lines)
 
 
@@ -200,10 +200,8 @@ def _read_px4(text: str) -> _File:
     for k in range(count):
         own = f"CA_ROTOR{k}_"
         x, y, z = (stated.get(f"{own}P{axis}", 0.0) for axis in "XYZ")
-        rotor: dict[str, Any] = {
-            "position": [x, -y, -z],
-            "moment_ratio": stated.get(f"{own}KM", 0.05),
-        }
+        ratio = stated.get(f"{own}KM", 0.05)
+        rotor: dict[str, Any] = {"position": [x, -y, -z], "moment_ratio": ratio}
         servo = int(stated.get(f"{own}TILT", 0))
         if servo:
             tilt = f"CA_SV_TL{servo - 1}_"
@@ -341,7 +339,7 @@ class _Model:
         """Return where the rotors are."""
         model, data = self.model, self.data
         at_site = int(self.mujoco.mjtTrn.mjTRN_SITE)
-        places = []
+        places, turning, arms = list[_Place](), list[_Place](), list[_Place]()
         for k in np.flatnonzero(model.actuator_trntype == at_site):
             push, turning = model.actuator_gear[k].reshape(2, 3)
             site = model.actuator_trnid[k, 0]
@@ -351,25 +349,19 @@ class _Model:
                 ratio = -float(turning @ push / (push @ push))
                 body = int(model.site_bodyid[site])
                 places.append(_Place(body, data.site_xpos[site], thrust, ratio))
-        upright = [k for k in self.hinges if abs(data.xaxis[k][2]) >= 0.9]
-        if not places:
-            places = [
-                _Place(int(model.jnt_bodyid[k]), data.xanchor[k], _UP, None)
-                for k in upright
-            ]
-        if all(self._tilting(place.body, place.thrust) is None for place in places):
-            tilting = {
-                int(model.jnt_bodyid[k]) for k in self.hinges if k not in upright
-            }
-            places = [
-                _Place(body, data.subtree_com[body], _UP, None)
-                for body in sorted(tilting)
-            ]
-        if not places:
-            raise InputError(
-                "it must have arms, bodies with a hinge across the thrust of a rotor, got none"
-            )
-        return places
+        for joint in self.hinges:
+            body = int(model.jnt_bodyid[joint])
+            if abs(data.xaxis[joint][2]) < 0.9:
+                arms.append(_Place(body, data.subtree_com[body], _UP, None))
+            else:
+                turning.append(_Place(body, data.xanchor[joint], _UP, None))
+        for rotors in (places, turning, arms):
+            for rotor in rotors:
+                if self._tilting(rotor.body, rotor.thrust) is not None:
+                    return rotors
+        raise InputError(
+            "it must have arms, bodies with a hinge across the thrust of a rotor, got none"
+        )
 
     def _tilting(self, body: int, thrust: FloatArray) -> int | None:
         """Return the nearest hinge across the thrust between a body and the root."""
@@ -386,17 +378,16 @@ class _Model:
         """Return the tilt range of a joint [rad], and its largest rate [rad/s], None where they are not stated."""
         model = self.model
         if self.robot is None:
-            limits = model.jnt_range[joint].tolist()
-            return (limits if model.jnt_limited[joint] else None), None
+            if model.jnt_limited[joint]:
+                return model.jnt_range[joint].tolist(), None
+            return None, None
         name = self.mujoco.mj_id2name(model, int(self.mujoco.mjtObj.mjOBJ_JOINT), joint)
-        element = self.robot.find(f"joint[@name='{name}']")
-        limit = None if element is None else element.find("limit")
+        limit = self.robot.find(f"joint[@name='{name}']/limit")
         if limit is None:
             return None, None
-        stated = {
-            key: _number(f"limit {key} of joint {name!r}", text)
-            for key, text in limit.items()
-        }
+        stated = {}
+        for key, text in limit.items():
+            stated[key] = _number(f"limit {key} of joint {name!r}", text)
         rate = stated.get("velocity") or None  # some exporters write 0 for none
         if not {"lower", "upper"} <= stated.keys():
             return None, rate
@@ -413,32 +404,24 @@ def _misfits(rotors: list[dict[str, Any]]) -> list[str]:
     return [f"The paper's method does not fit: {reason}." for reason in reasons]
 
 
-def _order(rotors: list[dict[str, Any]]) -> list[int]:
-    """Return rotors in the order in which they are counted: counter-clockwise from the first."""
-    angles = [math.atan2(*rotor["position"][1::-1]) for rotor in rotors]
-    return sorted(
-        range(len(rotors)), key=lambda k: (angles[k] - angles[0] + 1e-6) % math.tau
-    )
-
-
 def _four_arms(
     rotors: list[dict[str, Any]], rates: list[float | None]
 ) -> tuple[dict[str, Any], list[str]]:
     """Return constants of a vehicle from four rotors and their largest tilt rates, and how its angles are theirs."""
-    order = _order(rotors)
+    # Rotors are counted counter-clockwise from the first.
+    x, y, _ = np.transpose([rotor["position"] for rotor in rotors])
+    angles = np.arctan2(y, x)
+    order = np.argsort((angles - angles[0] + 1e-6) % math.tau, kind="stable")
     arms = [rotors[k] for k in order]
-    numbers = ", ".join(str(k + 1) for k in order)
-    notes = [f"alpha1 to alpha4 are rotors {numbers} of the file"]
-    constants: dict[str, Any] = {
-        "rotor_positions": [np.round(arm["position"], _DIGITS) for arm in arms]
-    }
+    notes = [f"alpha1 to alpha4 are rotors {_numbers_of(order)} of the file"]
+    places = np.array([arm["position"] for arm in arms])
+    constants: dict[str, Any] = {"rotor_positions": np.round(places, _DIGITS)}
     if all("moment_ratio" in arm for arm in arms):
         ratios = np.array([arm["moment_ratio"] for arm in arms])
         constants["drag_to_thrust"] = _one_or_four(np.abs(ratios))
-        constants["spins"] = [
-            "counterclockwise" if ratio > 0 else "clockwise" for ratio in ratios
-        ]
-    outward = np.array([arm["position"] for arm in arms]) * [1.0, 1.0, 0.0]
+        spins = np.where(ratios > 0, "counterclockwise", "clockwise")
+        constants["spins"] = spins.tolist()
+    outward = places * [1.0, 1.0, 0.0]
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
     axes = np.array([arm["tilt_axis"] for arm in arms])
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
@@ -450,7 +433,7 @@ def _four_arms(
     if np.abs(thrusts - _UP).max() > _ALIKE:
         constants["thrust_axes"] = thrusts
     if inward.any():
-        which = ", ".join(map(str, sorted(np.array(order)[inward] + 1)))
+        which = _numbers_of(np.sort(order[inward]))
         notes.append(
             f"tilt axes of rotors {which} of the file point inward: their angles have the other sign there"
         )
@@ -466,6 +449,12 @@ def _four_arms(
     return constants, notes
 
 
+def _numbers_of(rotors: Any) -> str:
+    return ", ".join(map(str, rotors + 1))
+
+
 def _one_or_four(values: FloatArray) -> Any:
     """Return a constant of all arms, or four if they differ."""
-    return values if np.ptp(values) > 1e-9 else values[0]
+    if np.ptp(values) > 1e-9:
+        return values
+    return values[0]

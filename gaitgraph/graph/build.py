@@ -35,8 +35,9 @@ Edge attributes
     ``servo_margin``, if asked for: the smallest error of the tilt angles that was found to break a condition of flight
     at the ends and in the middle of the edge [rad], to within 1e-6; 0 unless the edge is flyable. What a whole gait is
     proven to bear :func:`gaitgraph.robustness.servo_margin` returns.
-    An edge is a straight segment of the four angles. On a curved sheet it is a chord, which leaves the sheet between
-    its ends, and ``jump`` is π where α3 or α4 wraps.
+    An edge is straight in the four angles. On a curved sheet it is straight in (α1, α2) alone and follows the sheet, by
+    chords within 1e-3 rad of it, along which all attributes hold; ``jump`` is π where α3 or α4 wraps, or the edge meets
+    a fibre.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ from gaitgraph.errors import (
     shown,
     wrong,
 )
-from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.graph.edges import allowed_pairs, edge_attributes
 from gaitgraph.graph.nodes import (
     DEFAULT_DIVISIONS,
@@ -188,11 +189,17 @@ def nodes_above(
 
 
 def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
-    """Return the closed gait through nodes of a surface graph, in order, the first not repeated."""
+    """Return the closed gait through nodes of a surface graph, in order, the first not repeated.
+
+    On a curved sheet there are rows between the nodes.
+    """
     vehicle, coefficients = vehicle_and_coefficients(graph)
     data = [graph.nodes[name] for name in nodes]
+    alpha = np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in data])
+    if vehicle.asymmetry is not None:
+        return lift(alpha[:, :2], "red", vehicle=vehicle)
     return Gait(
-        alpha=np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in data]),
+        alpha=alpha,
         colors=tuple(node["color"] for node in data),
         vehicle=vehicle,
         coefficients=coefficients,

@@ -19,6 +19,7 @@ from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, Any, cast
 
 from gaitgraph.angles import checked_number, text_from_angle
+from gaitgraph.gait.gait import vertices
 from gaitgraph.graph.build import gait_along, metadata_of, vehicle_and_coefficients
 from gaitgraph.graph.walks import (
     QUANTA_PER_RADIAN,
@@ -29,7 +30,7 @@ from gaitgraph.graph.walks import (
     quanta_of,
     usable_graph,
 )
-from gaitgraph.invertibility.coefficients import check_symmetric
+from gaitgraph.surface.curved_region import reached_from_hover
 from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
 
 if TYPE_CHECKING:
@@ -64,8 +65,8 @@ class Cycle(ClosedWalk):
 
     @property
     def color(self) -> str:
-        """The color of all nodes, "red" or "blue", or "mixed"."""
-        return str(self.path.color)
+        """The color of all nodes, "red" or "blue", or "mixed"; "red" on a curved sheet, the rows of which have none."""
+        return self.path.color or "red"
 
     @property
     def _edges(self) -> list[dict[str, Any]]:
@@ -99,11 +100,17 @@ class Cycle(ClosedWalk):
 
     @property
     def reachable_from_hover(self) -> bool:
-        """Whether the cycle is valid, red, with R > 0, in the component of α = 0 on the red sheet."""
+        """Whether the cycle is valid, red, with R > 0, in the component of α = 0 on the red sheet.
+
+        On a curved sheet: whether a flyable path is found that joins it to hover.
+        """
         if not self.valid or self.color != "red" or self.sign != "positive":
             return False
         vehicle, _ = vehicle_and_coefficients(self.surface)
         alpha = self.path.alpha
+        if vehicle.asymmetry is not None:
+            floor = metadata_of(self.surface)["floor"]
+            return reached_from_hover(alpha[:, :2], vehicle, floor)[0] is True
         labels = red_label(alpha[:, 0], alpha[:, 1], vehicle)
         return bool((labels == HOVER_LABEL).all())
 
@@ -113,9 +120,12 @@ class Cycle(ClosedWalk):
             verdict = "valid"
         if self.flyable:
             verdict = "flyable"
+        path = self.path.merged().alpha
+        if not self.path.colors:  # a curved sheet has rows between corners
+            path = vertices(path[:, [0, 1, 0, 1]])
         corners = [
             f"({text_from_angle(first)}, {text_from_angle(second)})"
-            for first, second, _, _ in self.path.merged().alpha.tolist()
+            for first, second, _, _ in path.tolist()
         ]
         length = f"{self.length:.4f} rad"
         return f"{length}  {RELATION[self.sign]}  {self.color:<5}  {verdict:<9}  {' '.join(corners)}"
@@ -163,8 +173,10 @@ def cycles(
     Notes
     -----
     The first cycle takes one search for each edge, a tenth of a second on the paper's grid; each further one a search
-    for each of its nodes. The paths found are kept. The number of cycles grows exponentially with their length. The
-    shortest closed walk through given nodes is found by :func:`gaitgraph.graph.walks.closed_walk`.
+    for each of its nodes. The paths found are kept. Cycles of one cost are brought into order before the first is
+    returned, which does not end in practice where many edges cost nothing. The number of cycles grows exponentially
+    with their length. The shortest closed walk through given nodes is found by
+    :func:`gaitgraph.graph.walks.closed_walk`.
 
     Examples
     --------
@@ -176,9 +188,7 @@ def cycles(
     >>> 1 + sum(1 for _ in found)
     965
     """
-    _, coefficients = vehicle_and_coefficients(graph)
-    # Cycles of chords beside a curved sheet are no gaits.
-    check_symmetric(coefficients.rotors)
+    metadata_of(graph)  # a graph without it is refused here
     most = math.inf
     if max_length is not None:
         longest = checked_number(

@@ -64,10 +64,10 @@ def check_weight(weight: object) -> None:
 def cost_function(
     graph: nx.Graph[Any], weight: Weight | None
 ) -> Callable[[Any, Any, Mapping[str, Any]], float | None]:
-    """Return the cost of an edge as a function of its nodes and attributes; None, where it returns None, hides the edge.
+    """Return the cost of an edge as a function of its nodes and attributes; a cost of None hides the edge.
 
     The length by default. As in networkx an edge without a named attribute costs 1; InputError if no edge has it, if a
-    cost is negative or no number, or if it depends on the direction.
+    cost is neither a number ≥ 0 nor None, or if it depends on the direction.
     """
     check_weight(weight)
     if weight is None:
@@ -83,11 +83,14 @@ def cost_function(
                 name,
                 ", which no edge has",
             )
-        return lambda first, second, edge: _checked_cost(edge.get(name, 1))
+        return lambda first, second, edge: _checked_cost(
+            edge.get(name, 1), first, second
+        )
     own = weight
 
     def cost(first: Any, second: Any, edge: Mapping[str, Any]) -> float | None:
-        there, back = own(first, second, edge), own(second, first, edge)
+        there = _checked_cost(own(first, second, edge), first, second)
+        back = _checked_cost(own(second, first, edge), second, first)
         if there != back:
             raise wrong(
                 "weight",
@@ -95,13 +98,17 @@ def cost_function(
                 there,
                 f" and {shown(back)} between {first} and {second}",
             )
-        return None if there is None else _checked_cost(there)
+        return there
 
     return cost
 
 
-def _checked_cost(value: object) -> float:
-    return checked_number("weight", value, "a finite number ≥ 0 for each edge")
+def _checked_cost(value: Any, first: Any, second: Any) -> float | None:
+    """Return the cost of the edge from one node to another; None hides it."""
+    if value is None:
+        return None
+    allowed = f"a finite number ≥ 0, or None, on the edge from {first} to {second}"
+    return checked_number("weight", value, allowed)
 
 
 def usable_graph(

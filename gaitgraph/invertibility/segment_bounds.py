@@ -29,7 +29,7 @@ from gaitgraph.invertibility.forms import (
     rotors_of,
 )
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
-from gaitgraph.tolerances import IDLE_SHARE, SAME_ANGLE
+from gaitgraph.tolerances import IDLE_SHARE, ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -666,3 +666,25 @@ def thrust_shares_along(
         Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2)
     )
     return upward, least, largest
+
+
+def segments_fly(
+    starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle
+) -> BoolArray:
+    """Return whether segments on red where R keeps its sign meet the physics along their whole length, shape (m,)."""
+    flies = thrusts_push_up(starts, ends, vehicle)
+    if vehicle.tilt_range is not None:
+        least, most = np.array(vehicle.tilt_range).T
+        flies &= (np.minimum(starts, ends) >= least - ROUND_OFF).all(axis=1)
+        flies &= (np.maximum(starts, ends) <= most + ROUND_OFF).all(axis=1)
+    if flies.any():
+        flies[flies] = keeps_singular_value_above(
+            starts[flies], ends[flies], floor, vehicle
+        )
+    share = vehicle.thrust_share
+    if share is not None and flies.any():
+        _, _, largest = thrust_shares_along(
+            starts[flies], ends[flies], vehicle, each=True
+        )
+        flies[flies] = -largest.lower <= share
+    return flies

@@ -74,12 +74,19 @@ def _retimed(
         seconds = motion.period if period is None else period
         count = checked_clock(seconds, DEFAULT_LAW, **sampling)
         rows = completed_table(table, **chosen)
-        return _sampled(rows, table, count if resampled else None, seconds)
+        sampled = _sampled(rows, table, count if resampled else None, seconds)
+        phases = motion.with_period(seconds).phases
+        if not phases:
+            return sampled
+        stated = {"phases": [list(phase) for phase in phases]}
+        return replace(sampled, about=sampled.about | stated)
     if keeps_motion and period is not None:
         checked_clock(period, DEFAULT_LAW)
         motion = motion.with_period(period)
     elif period is not None or law is not None:
         motion = timed_gait_of(table, **chosen, period=period, law=law)
+    if keeps_motion and not resampled:
+        return motion
     return replace(
         motion, samples=checked_clock(motion.period, DEFAULT_LAW, **sampling)
     )

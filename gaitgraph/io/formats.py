@@ -52,7 +52,7 @@ from gaitgraph.io.columns import (
 from gaitgraph.io.servo_map import mapped_table, servo_map_named
 from gaitgraph.surface.curved import CHORD_DEVIATION, sheet_of
 from gaitgraph.timing.statement import checked
-from gaitgraph.tolerances import DEFAULT_TOLERANCE
+from gaitgraph.tolerances import DEFAULT_TOLERANCE, SAME_ANGLE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -257,9 +257,9 @@ def _warn_of_chords(table: Table) -> None:
     if rotors.asymmetry is None or len(table) == 1:
         return
     sheet, alpha = sheet_of(rotors), table.alpha
-    off = float(sheet.distances((alpha[1:] + alpha[:-1]) / 2).max())
+    off = sheet.distances_along(alpha[:-1], alpha[1:]).max()
     is_on_sheet = sheet.distances(alpha).max() <= DEFAULT_TOLERANCE
-    if is_on_sheet and off > CHORD_DEVIATION:
+    if is_on_sheet and off > CHORD_DEVIATION + SAME_ANGLE:
         warnings.warn(
             f"straight lines between the {len(table)} rows leave the curved sheet by up to {off:.2g} rad; more samples "
             "are nearer",

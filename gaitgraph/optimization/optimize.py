@@ -31,9 +31,9 @@ from gaitgraph.angles import (
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Infeasible, checked_choice, wrong
 from gaitgraph.graph.nodes import checked_waypoints
-from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.coefficients import check_symmetric, coefficients_of
 from gaitgraph.invertibility.error_margins import closest_servo_margin
-from gaitgraph.invertibility.forms import FloatArray
+from gaitgraph.invertibility.forms import FloatArray, rotors_of
 from gaitgraph.invertibility.matrices import largest_least_singular_value
 from gaitgraph.optimization import least_effort
 from gaitgraph.pictured import Pictured
@@ -329,6 +329,7 @@ def optimal_gait(
     if not 0 < number_of(concession) <= 0.5:
         raise wrong("concession", "must be above 0 and at most 0.5", concession)
     vehicle = vehicle_named(vehicle)
+    check_symmetric(rotors_of(vehicle))
     floor = checked_number("floor", floor)
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)

@@ -36,7 +36,7 @@ from gaitgraph.gait.table import (
     tilt_angles,
     warn_of_ends,
 )
-from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.coefficients import check_symmetric, coefficients_of
 from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import IntArray, level_determinant
 from gaitgraph.pictured import Pictured
@@ -299,6 +299,7 @@ def retarget(
         raise wrong("keep", "must be above 0 and at most 1", keep)
     table = _given_table(source)
     chosen, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
+    check_symmetric(numbers.rotors)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     before = validate(table, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     region = admissible_region(

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import shapely
 
-from gaitgraph.graph.edges import segments_fly
+from gaitgraph.errors import InputError
 from gaitgraph.graph.walks import QUANTA_PER_RADIAN, quanta_of, shortest_order
 from gaitgraph.invertibility.matrices import (
     least_singular_value_on_red,
@@ -27,6 +27,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.invertibility.segment_bounds import (
     least_level_determinant,
     least_singular_value_along,
+    segments_fly,
 )
 from gaitgraph.planning.branch import Branch, Refusal
 from gaitgraph.planning.loop import Loop
@@ -57,7 +58,7 @@ def any_angle_loop(
         return branch.rootless_at(rootless[0])
     reorders = request.any_order and len(request.waypoints) > 3
     robust = request.objective == "robust" and branch.color == "red"
-    if not reorders and not branch.is_curved:
+    if not reorders:
         straight = _straight_loop(branch, robust=robust)
         if straight is not None:
             return straight
@@ -87,8 +88,12 @@ def _straight_loop(branch: Branch, *, robust: bool) -> Loop | None:
     if not _zones_allow(branch):
         return None
     points = request.waypoints
+    try:
+        path = branch.lifted(points)
+    except InputError:
+        return None  # it leads through a fibre of a curved sheet
     loop = Loop(
-        path=branch.lifted(points),
+        path=path,
         sign=branch.sign,
         order=tuple(range(len(points))),
         request=request,
@@ -346,18 +351,10 @@ def _prepared(margin: float, margin_floor: float, **asked: Any) -> PreparedRegio
         servo_margin_region,
         singular_value_region,
     )
-    from gaitgraph.surface.curved_region import sheet_region
-    from gaitgraph.surface.region import zones_region
 
-    vehicle, zones = asked["vehicle"], asked["zones"]
-    if vehicle.asymmetry is not None:
-        region = sheet_region(vehicle, sign=asked["sign"], floor=asked["floor"])
-        if zones is not None:
-            region &= zones_region(zones)
-        # Beside a fibre segments from outside the region may lead through it.
-        return PreparedRegion(region, strict=True)
     region = admissible_region(**asked)
-    if margin:
+    is_plane = asked["vehicle"].asymmetry is None
+    if margin and is_plane:
         # Without errors a robust loop keeps more than the floor, with errors the floor.
         region &= servo_margin_region(
             margin,
@@ -370,7 +367,8 @@ def _prepared(margin: float, margin_floor: float, **asked: Any) -> PreparedRegio
         region = region & singular_value_region(
             asked["floor"], asked["vehicle"], accuracy=asked["accuracy"]
         )
-    return PreparedRegion(region)
+    # Beside a fibre of a curved sheet segments from outside the region may lead through it.
+    return PreparedRegion(region, strict=not is_plane)
 
 
 def _most_robust_region(branch: Branch) -> PreparedRegion:

@@ -18,7 +18,8 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Infeasible, checked_choice, wrong
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.nodes import checked_waypoints
-from gaitgraph.invertibility.forms import FloatArray
+from gaitgraph.invertibility.coefficients import check_symmetric
+from gaitgraph.invertibility.forms import FloatArray, rotors_of
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
 from gaitgraph.planning.request import groups_of_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths
@@ -156,6 +157,7 @@ class Replanner:
     ) -> None:
         checked_choice("sign", sign, get_args(SignChoice))
         self.vehicle = vehicle_named(vehicle)
+        check_symmetric(rotors_of(self.vehicle))
         for name in ("max_tilt_acceleration", "max_tilt_jerk"):
             limit = getattr(self.vehicle, name)
             if limit is not None:

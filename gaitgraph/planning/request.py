@@ -200,17 +200,16 @@ def _check_curved(request: PlanRequest) -> None:
     """Raise InputError for a choice that needs planes, if the vehicle is not symmetric and its sheet is curved."""
     if request.vehicle.asymmetry is None:
         return
-    choices = {
-        "method": "exact",
-        "objective": "shortest",
-        "require": "flyable",
-        "servo_margin": 0.0,
-    }
+    choices: dict[str, Any] = {"require": "flyable"}
+    more = ""
+    if request.method == "exact":
+        choices |= {"objective": "shortest", "servo_margin": 0.0}
+        more = " by the method exact"
     for name, only in choices.items():
         if getattr(request, name) != only:
             raise wrong(
                 name,
-                f"must be {only!r} for a vehicle that is not symmetric",
+                f"must be {only!r}{more} for a vehicle that is not symmetric",
                 getattr(request, name),
             )
 

@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.region import Requirement
     from gaitgraph.surface.sheets import Color
     from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.vehicle import VehicleLike
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _MOST_CORNERS = 16
 _DURATION = 1.0
@@ -559,8 +559,7 @@ def _shortest(first: Gait, last: Gait, floor: float) -> _Path | str:
     else:
         pairs.sort(key=lambda pair: (pair.distance, pair.leaves, pair.joins))
 
-    requirements: tuple[Requirement, ...] = ("flyable", "valid")
-    for require in requirements if color == "red" else requirements[1:]:
+    for require in _requirements(first.vehicle, color):
         best: Leg | None = None
         for pair in pairs:
             if best is not None and pair.distance >= best.length:
@@ -576,6 +575,15 @@ def _shortest(first: Gait, last: Gait, floor: float) -> _Path | str:
             alpha = np.vstack([ends[0], path.alpha[1:-1], ends[1]])
             return _Path(alpha, joined.leaves, joined.joins)
     return f"none was found on the {color} sheet with this sign of R, between any of the corners tried"
+
+
+def _requirements(vehicle: Vehicle, color: Color) -> list[Requirement]:
+    """Return what paths must be, the best first."""
+    if color == "blue":
+        return ["valid"]
+    if vehicle.asymmetry is not None:
+        return ["flyable"]
+    return ["flyable", "valid"]
 
 
 def _leg(

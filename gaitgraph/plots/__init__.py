@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from gaitgraph.plots.axes import plane_axes as plane_axes
     from gaitgraph.plots.figures import (
         FIGURES as FIGURES,
-        draw as draw,
         write_figures as write_figures,
     )
     from gaitgraph.plots.films import write_films as write_films
@@ -43,7 +42,7 @@ else:
         __name__,
         {
             "gaitgraph.plots.axes": ["plane_axes"],
-            "gaitgraph.plots.figures": ["FIGURES", "draw", "write_figures"],
+            "gaitgraph.plots.figures": ["FIGURES", "write_figures"],
             "gaitgraph.plots.films": ["write_films"],
             "gaitgraph.plots.flights": ["plot_flight", "write_basins", "write_flight"],
             "gaitgraph.plots.gaits": [

@@ -88,7 +88,13 @@ def _loops(figure: Figure, of: _FigureInput) -> None:
     ):
         gait = paper_gait(number, of.vehicle, of.coefficients)
         label = f"Gait {number}: {gait.color}"
-        gaits.gait_loop(gait, label=label, width=width, band=True, ax=ax)
+        gaits.gait_loop(
+            gait,
+            label=label,
+            width=width,
+            band=True,
+            ax=ax,
+        )
         x, y = gait.alpha[:, :2].mean(axis=0)
         base.draw_label(ax, (x, y + math.pi / 32), name)  # between the rows of nodes
     base.legend_above(ax, columns=3)

@@ -124,9 +124,19 @@ def write_flight_film(flight: Flight, path: Path) -> None:
         figure, picture, chart = _blank_film(title, level, zoom=0.68)
         for name, color, width in (("roll", INK, 1.5), ("pitch", LINE_GREY, 2.5)):
             angles = np.degrees(flight.column(name))
-            chart.plot(t, angles, color=color, linewidth=width, label=f"body {name}")
+            chart.plot(
+                t,
+                angles,
+                color=color,
+                linewidth=width,
+                label=f"body {name}",
+            )
         cursor = _finish_chart(chart, max(flight.flown, 1e-9), 5.0)
-        chart.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.02))
+        chart.legend(
+            ncols=2,
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.02),
+        )
         look: dict[str, Any] = {"fontsize": 8, "linespacing": 1.5}
         words = _write_at(figure, 16, 345, "", color=LINE_GREY, **look)
         verdict = flight.reason or flight.verdict

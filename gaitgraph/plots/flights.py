@@ -86,7 +86,12 @@ def plot_flight(
         elif len(flight.course.sections) > 1:
             _mark_phases(ax, flight, end, named=ax is axes[0])
         if flight.failed:
-            ax.axvline(flight.flown, gid="stop", color=base.RED, linewidth=1.6)
+            ax.axvline(
+                flight.flown,
+                gid="stop",
+                color=base.RED,
+                linewidth=1.6,
+            )
     axes[-1].set(xlabel="$t$ (s)")
     title = f"{fill(_what_was_flown(flight), 96)}\n{fill(flight.verdict, 96)}"
     axes[0].set_title(title, pad=20.0)

@@ -109,7 +109,13 @@ def gait_loop(
         look["linestyle"] = _DASHES.get(color, "-")
         if band:
             look = {"color": _PALE.get(color, "0.8"), "zorder": 1.2}
-        ax.plot(points[:, 0], points[:, 1], linewidth=width, label=label, **look)
+        ax.plot(
+            points[:, 0],
+            points[:, 1],
+            linewidth=width,
+            label=label,
+            **look,
+        )
         label = None
         begin = end
     steps = ends - starts
@@ -202,7 +208,14 @@ def draw_attitudes(
     border = shapely.line_merge(polygon.exterior.intersection(_INSIDE))
     for part in shapely.get_parts(border):
         roll, pitch = shapely.get_coordinates(part).T
-        ax.plot(roll, pitch, linewidth=2.0, gid="border", zorder=3, **line)
+        ax.plot(
+            roll,
+            pitch,
+            linewidth=2.0,
+            gid="border",
+            zorder=3,
+            **line,
+        )
 
 
 def _finish_diagram(ax: Axes, *, columns: int = 2) -> None:
@@ -475,7 +488,14 @@ def _(plan: Plan, ax: Axes) -> str:
                 base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])
     for waypoint in plan.waypoints:
         ring: dict[str, Any] = {"markerfacecolor": "none", "label": "waypoints"}
-        ax.plot(waypoint[0], waypoint[1], "ko", markersize=7, zorder=5, **ring)
+        ax.plot(
+            waypoint[0],
+            waypoint[1],
+            "ko",
+            markersize=7,
+            zorder=5,
+            **ring,
+        )
     return f"{words}; rings: waypoints"
 
 
@@ -558,7 +578,11 @@ def _(location: Location, ax: Axes) -> str:
 def _(vehicle: Vehicle, ax: Axes) -> str:
     seen = vehicle_view(np.zeros(4), vehicle, view=FROM_ABOVE)
     low, high = seen.limits
-    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    ax.set(
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+        aspect="equal",
+    )
     ax.set_axis_off()
     draw_vehicle(ax, seen)
     return ""
@@ -657,10 +681,31 @@ def _draw_checks(ax: Axes, report: Report) -> None:
         words = shorten(check.message.partition(": ")[0], 84, placeholder=" …")
         look: dict[str, Any] = {"fontsize": 6.5, "va": "center"}
         look["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
-        ax.text(0.01, row - 0.22, words, color="0.3", gid=check.name, **look)
+        ax.text(
+            0.01,
+            row - 0.22,
+            words,
+            color="0.3",
+            gid=check.name,
+            **look,
+        )
         name = f"{check.name.replace('_', ' ')}  {mark}"
-        ax.text(-0.02, row, name, color=color, fontsize=8, ha="right", va="center")
-    ax.axvline(1.0, color="black", linewidth=0.8, linestyle="--", zorder=0)
+        ax.text(
+            -0.02,
+            row,
+            name,
+            color=color,
+            fontsize=8,
+            ha="right",
+            va="center",
+        )
+    ax.axvline(
+        1.0,
+        color="black",
+        linewidth=0.8,
+        linestyle="--",
+        zorder=0,
+    )
     ax.xaxis.set_major_formatter(PercentFormatter(1.0))
     ax.set(
         xlim=(0.0, 1.5),

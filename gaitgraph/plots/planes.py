@@ -420,7 +420,14 @@ def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     look: dict[str, Any] = {"linewidths": 1.4, "zorder": 4}
     for block in (roll_block(vehicle), yaw_block(vehicle)):
         values = (u.T @ block.form @ u).T
-        ax.contour(_FINE_AXIS, _FINE_AXIS, values, levels=[0.0], colors="black", **look)
+        ax.contour(
+            _FINE_AXIS,
+            _FINE_AXIS,
+            values,
+            levels=[0.0],
+            colors="black",
+            **look,
+        )
     ax.plot([], [], color="black", linewidth=1.4, label="$R=0$")
 
 

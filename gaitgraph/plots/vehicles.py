@@ -143,8 +143,25 @@ def draw_vehicle(ax: Axes, seen: VehicleView) -> list[Any]:
     centre = np.zeros(2)
     for end in (*seen.arms, centre):
         drawn += _line(ax, seen.hub, end, 3.6, zorder=1)
-    drawn.append(draw_arrow(ax, centre, seen.nose, INK, width=1.5, size=8, zorder=1.5))
-    drawn += ax.plot(0.0, 0.0, "o", color=INK, markersize=8.0, zorder=1.5)
+    drawn.append(
+        draw_arrow(
+            ax,
+            centre,
+            seen.nose,
+            INK,
+            width=1.5,
+            size=8,
+            zorder=1.5,
+        )
+    )
+    drawn += ax.plot(
+        0.0,
+        0.0,
+        "o",
+        color=INK,
+        markersize=8.0,
+        zorder=1.5,
+    )
     for place, rotor in enumerate(seen.order):
         order = 2.0 + 0.1 * place
         end, middle, tip = seen.arms[rotor], seen.centres[rotor], seen.tips[rotor]
@@ -224,7 +241,16 @@ def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> A
 
 
 def _draw_axis_out_of_the_page(ax: Axes, place: Any, size: float) -> None:
-    _line(ax, place, place, 0.8, "black", marker="o", markersize=size, mfc="white")
+    _line(
+        ax,
+        place,
+        place,
+        0.8,
+        "black",
+        marker="o",
+        markersize=size,
+        mfc="white",
+    )
     _line(ax, place, place, 0.8, "black", marker=".", markersize=size / 2)
 
 
@@ -238,7 +264,14 @@ def _draw_arc(
     around = np.radians(np.linspace(arc[0], arc[1], 49))
     path = Path(center + radius * np.stack([np.cos(around), np.sin(around)], axis=-1))
     look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 7}
-    ax.add_patch(FancyArrowPatch(path=path, color=color, zorder=3, **look))
+    ax.add_patch(
+        FancyArrowPatch(
+            path=path,
+            color=color,
+            zorder=3,
+            **look,
+        )
+    )
 
 
 def _draw_from_the_tip(ax: Axes) -> None:

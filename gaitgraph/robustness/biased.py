@@ -25,7 +25,7 @@ from gaitgraph.invertibility.tilt_margins import (
     least_tilt_margin,
     nearest_singular_attitude,
 )
-from gaitgraph.pictured import Pictured
+from gaitgraph.pictured import Pictured, pandas
 from gaitgraph.records import Record
 from gaitgraph.robustness.attitudes import (
     AcceptableAttitudes,
@@ -197,6 +197,16 @@ class RobustnessReport(Pictured):
     sweep: tuple[Robustness, ...]
     vehicle: Vehicle
     coefficients: Coefficients
+
+    def to_pandas(self) -> Any:
+        """Return the numbers and texts of each gait as a row of a pandas frame."""
+        frame = pandas().DataFrame(
+            [one.as_mapping() for one in (self.gait, *self.sweep)]
+        )
+        lists = [
+            name for name in frame if frame[name].map(type).isin([list, dict]).any()
+        ]
+        return frame.drop(columns=lists)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values: `biased` for one η, `sweep` for any number."""

@@ -114,7 +114,7 @@ class GaitSource(Record):
         return plan(request_from_mapping(asked)[0]).gait
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Case:
     """One case of a study; `varied` holds the values of the constants that vary in its vehicle. SI units, radians."""
 
@@ -205,28 +205,20 @@ class Study(Record):
         return self._case_of_sample(number)
 
     def _case_of_grid(self, number: int) -> Case:
-        place, gait, bias, period, roll, pitch = map(
-            int, np.unravel_index(number, self._shape)
-        )
+        vehicle, *places = np.unravel_index(number, self._shape)
+        axes = (self.sources, self.bias, self.period, self.roll, self.pitch)
+        chosen = [axis[place] for axis, place in zip(axes, places, strict=True)]
         for model in self.models:
-            if place < len(model):
+            if vehicle < len(model):
                 break
-            place -= len(model)
-        places = np.unravel_index(place, [len(axis) for axis in model.varied.values()])
-        varied = {
-            name: axis[int(k)]
-            for (name, axis), k in zip(model.varied.items(), places, strict=True)
-        }
-        return Case(
-            number=number,
-            model=model,
-            varied=varied,
-            source=self.sources[gait],
-            bias=self.bias[bias],
-            period=self.period[period],
-            roll=self.roll[roll],
-            pitch=self.pitch[pitch],
-        )
+            vehicle -= len(model)
+        shape = [len(axis) for axis in model.varied.values()]
+        varied = {}
+        for name, place in zip(
+            model.varied, np.unravel_index(vehicle, shape), strict=True
+        ):
+            varied[name] = model.varied[name][place]
+        return Case(number, model, varied, *chosen)
 
     def _case_of_sample(self, number: int) -> Case:
         # The order of the draws is fixed: the same seed and number give the same case.
@@ -244,16 +236,8 @@ class Study(Record):
         roll, pitch = drawn(self.roll), drawn(self.pitch)
         period, bias = drawn(self.period), drawn(self.bias)
         source, model = drawn(self.sources), drawn(self.models)
-        return Case(
-            number=number,
-            model=model,
-            varied={name: drawn(axis) for name, axis in model.varied.items()},
-            source=source,
-            bias=bias,
-            period=period,
-            roll=roll,
-            pitch=pitch,
-        )
+        varied = {name: drawn(axis) for name, axis in model.varied.items()}
+        return Case(number, model, varied, source, bias, period, roll, pitch)
 
     @property
     def seconds(self) -> float:
@@ -265,10 +249,10 @@ class Study(Record):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the study as plain values."""
-        vehicles = [
-            model.base.as_mapping() | {"vary": _plain_axes(model.varied)}
-            for model in self.models
-        ]
+        vehicles = []
+        for model in self.models:
+            varied = _plain_axes(model.varied)
+            vehicles.append(model.base.as_mapping() | {"vary": varied})
         sample: Any = "grid"
         if self.count is not None:
             sample = {"kind": "random", "count": self.count, "seed": self.seed}
@@ -472,19 +456,18 @@ def _model_of(folder: Path, random: bool, entry: Any, _: int) -> Model:
         raise wrong(
             "it", "must be a preset, a .toml file or a table of constants", entry
         )
-    constants = {key: value for key, value in entry.items() if not _varies(key, value)}
-    stated = {key: value for key, value in entry.items() if _varies(key, value)}
+    stated = {name: value for name, value in entry.items() if _varies(name, value)}
+    constants = {name: entry[name] for name in entry if name not in stated}
     file = constants.pop("file", None)
-    base = None if file is None else vehicle_named(str(folder / file))
+    base = None
+    if file is not None:
+        base = vehicle_named(str(folder / file))
     if stated and "name" not in constants:
         origin = constants.get("preset", "vehicle") if base is None else base.name
-        names = ", ".join(name.replace("_", " ") for name in stated)
+        names = ", ".join(stated).replace("_", " ")
         constants["name"] = f"{origin}, {names} varied"
     for name, axis in stated.items():
-        if isinstance(axis, dict):
-            constants[name] = axis.get("from")
-        else:
-            constants[name] = axis[0] if axis else None
+        constants[name] = _first_of(axis)
     if base is None:
         base = vehicle_from_mapping(constants)
     else:
@@ -501,11 +484,17 @@ def _model_of(folder: Path, random: bool, entry: Any, _: int) -> Model:
             )
         return getattr(base.replace(**{name: value}), name)
 
-    varied = {
-        name: _axis_of(axis, name, partial(checked, name), random=random)
-        for name, axis in stated.items()
-    }
+    varied = {}
+    for name, axis in stated.items():
+        varied[name] = _axis_of(axis, name, partial(checked, name), random=random)
     return Model(base=base, varied=varied)
+
+
+def _first_of(axis: Any) -> Any:
+    """Return the first value of an axis as it is stated, None if there is none."""
+    if isinstance(axis, dict):
+        return axis.get("from")
+    return next(iter(axis), None)
 
 
 def _varies(name: str, value: Any) -> bool:
@@ -532,11 +521,12 @@ def _source_of(folder: Path, entry: Any, number: int) -> GaitSource:
         file = str(stated["file"])
         return _source_of_file(str(stated.get("name", Path(file).stem)), folder, file)
     check_fields("it", stated, ("name", *_REQUESTED))
-    fields = {key: value for key, value in stated.items() if key != "name"}
+    fields = dict(stated)
+    name = str(fields.pop("name", f"gait {number}"))
     request = request_from_mapping(fields)[0]  # checked for the paper's vehicle
-    plain = request.as_mapping()
-    content = {key: plain[key] for key in fields if key in plain and key != "law"}
-    name = str(stated.get("name", f"gait {number}"))
+    content = request.as_mapping()
+    for key in content.keys() - fields.keys() | {"law"}:
+        content.pop(key, None)
     return GaitSource(name=name, content=content, law=request.law)
 
 
@@ -545,10 +535,11 @@ def _source_of_file(name: str, folder: Path, file: str) -> GaitSource:
         return GaitSource(name=name, content=file)
     path = folder / file
     if holds_request(path):
-        plain = read_request(path, {})[0].as_mapping()
-        chosen = {*_REQUESTED} - {"coefficients", "law"}
-        content = {key: value for key, value in plain.items() if key in chosen}
-        return GaitSource(name=name, content=content, law=plain["law"])
+        content = read_request(path, {})[0].as_mapping()
+        law = content.pop("law")
+        for key in ("coefficients", "vehicle", "period"):
+            content.pop(key, None)
+        return GaitSource(name=name, content=content, law=law)
     table = read_table(path)
     gait = gait_of(table)
     if "alpha3" in table:

@@ -104,8 +104,10 @@ class StudyRun:
 
     def __str__(self) -> str:
         cases = len(self.study)
-        kept = "" if self.flown == cases else f", {cases - self.flown} of them kept"
-        lines = [f"Study {self.study.name}: {cases} case{'s' * (cases != 1)}{kept}"]
+        head = f"Study {self.study.name}: {cases} cases"
+        if self.flown < cases:
+            head += f", {cases - self.flown} of them kept"
+        lines = [head]
         counts = [(name, str(n)) for name, n in self.outcomes.items() if n]
         lines += table_lines(counts)
         lines.append(f"rows with their reasons in {self.folder / 'rows'}")
@@ -170,17 +172,23 @@ def run_study(
         raise needs_extra("pyarrow", "a study", "study") from error
     folder, say = Path(output), progress or (lambda _: None)
     _open_folder(folder, study)
-    parts = {
-        folder / "rows" / f"part-{k:05d}.parquet": numbers
-        for k, numbers in enumerate(study.batches)
-    }
-    missing = {path: numbers for path, numbers in parts.items() if not path.exists()}
+    parts, missing = {}, {}
+    for k, numbers in enumerate(study.batches):
+        path = folder / "rows" / f"part-{k:05d}.parquet"
+        parts[path] = numbers
+        if not path.exists():
+            missing[path] = numbers
     todo = sum(map(len, missing.values()))
     if missing:
         say("starting workers" if scheduler is None else "connecting to the scheduler")
         with _client(workers, scheduler) as client:
             _fly_parts(client, study, missing, folder, say)
-    return StudyRun(study=study, folder=folder, flown=todo, table=_rows_of(parts))
+    return StudyRun(
+        study=study,
+        folder=folder,
+        flown=todo,
+        table=_rows_of(parts),
+    )
 
 
 def _open_folder(folder: Path, study: Study) -> None:

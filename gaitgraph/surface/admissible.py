@@ -18,12 +18,13 @@ import shapely
 from gaitgraph.angles import HALF_PI, angle_within, checked_number, figures_apart
 from gaitgraph.errors import InputError, check_kind, checked_choice
 from gaitgraph.invertibility import error_margins, matrices
-from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.coefficients import check_symmetric, coefficients_of
 from gaitgraph.invertibility.forms import Form, level_of, rotors_of
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface import borders
 from gaitgraph.surface.blocks import roll_block, yaw_block
 from gaitgraph.surface.borders import CosineSum, sum_on_plane
+from gaitgraph.surface.curved_region import sheet_region
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     Condition,
@@ -77,6 +78,9 @@ _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
 _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
 _IDLE_MARGIN = 1e-6  # distance from lines where rotors idle [rad]
+_LEAST_OF_SQUARES = (
+    0.01  # least accuracy of regions of curved sheets, which are made of squares [rad]
+)
 _FINEST = 1e-5  # accuracy of the borders of a margin, which is an angle itself [rad]
 _POSTURES = 33  # of each angle, among which the largest servo margin is searched
 _CUTS = 2  # of a region into cells, to see whether a border reaches it
@@ -651,6 +655,9 @@ def admissible_region(
 ) -> Region:
     """Return where a gait may be, an empty region if nowhere.
 
+    For a vehicle that is not symmetric this is :func:`gaitgraph.surface.curved_region.sheet_region`, with "flyable"
+    alone and an accuracy of at least 0.01 rad.
+
     Parameters
     ----------
     vehicle
@@ -685,7 +692,12 @@ def admissible_region(
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
-    region = _admissible(vehicle, require, color, sign, coefficients, floor, accuracy)
+    if vehicle.asymmetry is None:
+        region = _admissible(
+            vehicle, require, color, sign, coefficients, floor, accuracy
+        )
+    else:
+        region = _curved(vehicle, require, color, sign, floor, accuracy)
     margin = checked_servo_margin(servo_margin, require)
     if margin:
         region &= servo_margin_region(
@@ -706,6 +718,21 @@ def checked_servo_margin(margin: Any, require: Requirement) -> float:
             value=margin,
         )
     return checked
+
+
+def _curved(
+    vehicle: Vehicle,
+    require: Requirement,
+    color: Color,
+    sign: Sign | None,
+    floor: float,
+    accuracy: float,
+) -> Region:
+    """Return where a gait can fly on a curved sheet; InputError for what needs planes."""
+    if require != "flyable" or color != "red":
+        check_symmetric(rotors_of(vehicle))
+    accuracy = max(accuracy, _LEAST_OF_SQUARES)
+    return sheet_region(vehicle, sign=sign, floor=floor, accuracy=accuracy)
 
 
 @lru_cache(maxsize=32)

@@ -52,6 +52,26 @@ class LiftedRows(NamedTuple):
     deviation: float
 
 
+class LiftedChords(NamedTuple):
+    """Chords of the sheet above segments of (α1, α2), those of each segment in order."""
+
+    starts: FloatArray  # (p, 4) [rad]; α3 and α4 of a segment begin in [−π/2, π/2] and are continuous
+    ends: FloatArray  # (p, 4) [rad]
+    segment: npt.NDArray[
+        np.intp
+    ]  # the number of its segment, (p,); none leads through a fibre
+
+
+class _Pieces(NamedTuple):
+    """Pieces of segments in order, with bounds of their bends, and where other segments meet a fibre."""
+
+    starts: FloatArray  # (p, 2) [rad]
+    ends: FloatArray
+    segment: npt.NDArray[np.intp]  # (p,)
+    bends: FloatArray  # (p, 2)
+    broken: FloatArray  # (k, 2)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class CurvedSheet(Record):
     """The sheet of level flight of any four rotors over the (α1, α2) plane; tables of forms in u1 and u2.
@@ -184,43 +204,92 @@ class CurvedSheet(Record):
         they have no bound.
         """
         plane = angles_from(corners, "corners")
-        shares = np.arange(_FEWEST)[:, None] / _FEWEST
-        inner = plane[:-1, None] + shares * np.diff(plane, axis=0)[:, None]
-        plane = np.concatenate([inner.reshape(-1, 2), plane[-1:]])
+        pieces = self._fine_pieces(plane[:-1], plane[1:], deviation)
+        if len(pieces.broken):
+            first, second = pieces.broken[0].tolist()
+            raise InputError(
+                "corners must not lead through a fibre, where α3 or α4 is free, got one near "
+                f"α1 = {first:.4f}, α2 = {second:.4f}",
+                field="corners",
+            )
+        points = np.concatenate([pieces.starts, plane[-1:]])
+        opposite = np.unwrap(self.angles(*points.T), axis=0, period=math.pi)
+        alpha = np.hstack([points, opposite])
+        return LiftedRows(alpha, float(pieces.bends.max(initial=0.0) / 8))
+
+    def chords(self, starts: FloatArray, ends: FloatArray) -> LiftedChords:
+        """Return the chords between :meth:`rows` of each of m segments of (α1, α2), both of shape (m, 2) [rad]."""
+        pieces = self._fine_pieces(starts, ends, CHORD_DEVIATION)
+        segment = pieces.segment
+        before = self.angles(*pieces.starts.T)
+        steps = wrapped(self.angles(*pieces.ends.T) - before)
+        # A piece begins where the one before it on its segment ends.
+        passed = np.cumsum(steps, axis=0) - steps
+        is_first = np.diff(segment, prepend=-1) != 0
+        origins = (before - passed)[is_first]
+        opposite = passed + origins[np.cumsum(is_first) - 1]
+        return LiftedChords(
+            starts=np.hstack([pieces.starts, opposite]),
+            ends=np.hstack([pieces.ends, opposite + steps]),
+            segment=segment,
+        )
+
+    def _fine_pieces(
+        self, starts: FloatArray, ends: FloatArray, deviation: float
+    ) -> _Pieces:
+        """Return pieces of segments of (α1, α2), cut until the sheet is within a deviation of the chords [rad]."""
+        shares = np.arange(_FEWEST + 1)[:, None] / _FEWEST
+        points = starts[:, None] + shares * (ends - starts)[:, None]
+        points[:, -1] = ends
+        first, last = points[:, :-1].reshape(-1, 2), points[:, 1:].reshape(-1, 2)
+        segment = np.repeat(np.arange(len(starts)), _FEWEST)
+        broken = []
         while True:
-            starts, ends = plane[:-1], plane[1:]
-            rates, bends = self._bounds_of_pieces(starts, ends)
+            rates, bends = self._bounds_of_pieces(first, last)
             is_coarse = (bends.max(axis=1) > 8 * deviation) | (rates.max(axis=1) > 1)
+            is_short = np.abs(last - first).max(axis=1) < 2.0**-_MOST_HALVINGS
+            at_fibre = is_coarse & is_short
+            if at_fibre.any():
+                broken.append((first + last)[at_fibre] / 2)
+                is_left = ~np.isin(segment, segment[at_fibre])
+                first, last, segment = first[is_left], last[is_left], segment[is_left]
+                continue
             if not is_coarse.any():
                 break
-            middles = (starts + ends)[is_coarse] / 2
-            shortest = np.abs(ends - starts)[is_coarse].max(axis=1).min()
-            if shortest < 2.0**-_MOST_HALVINGS:
-                place = middles[np.abs(ends - starts)[is_coarse].max(axis=1).argmin()]
-                raise InputError(
-                    f"corners must not lead through a fibre, where α3 or α4 is free, got one near α1 = {place[0]:.4f}, "
-                    f"α2 = {place[1]:.4f}",
-                    field="corners",
-                )
-            plane = np.insert(plane, np.flatnonzero(is_coarse) + 1, middles, axis=0)
-        opposite = np.unwrap(self.angles(*plane.T), axis=0, period=math.pi)
-        alpha = np.hstack([plane, opposite])
-        return LiftedRows(alpha, float(bends.max(initial=0.0) / 8))
+            number = np.flatnonzero(is_coarse)
+            middles = (first + last)[number] / 2
+            first = np.insert(first, number + 1, middles, axis=0)
+            last = np.insert(last, number, middles, axis=0)
+            segment = np.insert(segment, number, segment[number])
+        places = np.concatenate([*broken, np.empty((0, 2))])
+        return _Pieces(first, last, segment, bends, places)
 
     def distances(self, alpha: FloatArray) -> FloatArray:
         """Return by how much α3 or α4 of points of shape (n, 4) are off the sheet, modulo π, shape (n,) [rad]."""
         off = wrapped(self.angles(*alpha[:, :2].T) - alpha[:, 2:])
         return np.asarray(np.abs(off).max(axis=1))
 
+    def distances_along(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
+        """Return proven bounds of :meth:`distances` along straight segments, both of shape (m, 4), shape (m,) [rad].
+
+        The second derivative of the distance along a segment is that of the sheet. Where α3 or α4 may turn by π between
+        the ends the bound is π/2, as of any point.
+        """
+        rates, bends = self._bounds_of_pieces(starts[:, :2], ends[:, :2])
+        at_ends = np.maximum(self.distances(starts), self.distances(ends))
+        turns = np.abs(ends - starts)[:, 2:] + rates
+        bounds = at_ends + bends.max(axis=1) / 8
+        may_turn = turns.max(axis=1) + 2 * at_ends >= math.pi
+        return np.where(may_turn, math.pi / 2, np.minimum(bounds, math.pi / 2))
+
     def holds_chords(self, alpha: FloatArray) -> bool:
         """Return whether the points of a closed polyline, shape (n, 4), are on the sheet, and its segments as near as rows'."""
-        plane = alpha[:, :2]
-        ends = np.roll(plane, -1, axis=0)
-        turn = np.abs(np.roll(alpha, -1, axis=0) - alpha).max()
-        _, bends = self._bounds_of_pieces(plane, ends)
-        is_near = bends.max() <= 8 * CHORD_DEVIATION and turn < math.pi / 2
-        moves = (ends != plane).any(axis=1).all()
-        return bool(moves and is_near and self.distances(alpha).max() <= SAME_ANGLE)
+        ends = np.roll(alpha, -1, axis=0)
+        moves = (ends != alpha)[:, :2].any(axis=1).all()
+        if not moves or self.distances(alpha).max() > SAME_ANGLE:
+            return False
+        off = self.distances_along(alpha, ends)
+        return bool(off.max() <= CHORD_DEVIATION + SAME_ANGLE)
 
     def _bounds_of_pieces(self, starts: FloatArray, ends: FloatArray) -> CurveBounds:
         """Return bounds along short segments.

@@ -8,6 +8,7 @@ square that is neither proven to fly nor not to is cut in four, down to the accu
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,9 +19,10 @@ from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import level_of, rotors_of
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
+from gaitgraph.invertibility.segment_bounds import segments_fly
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.region import Condition, Region, region_of
-from gaitgraph.surface.sheets import SIGNS
+from gaitgraph.surface.sheets import RELATION, SIGNS
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, vehicle_named
 
@@ -36,14 +38,14 @@ _SQUARES = 32  # across [−π/2, π/2], before they are cut
 def sheet_region(
     vehicle: VehicleLike = PAPER,
     *,
-    sign: Sign = "positive",
+    sign: Sign | None = "positive",
     floor: float = DEFAULT_FLOOR,
     accuracy: float = 0.01,
 ) -> Region:
     """Return where a vehicle of any four rotors can fly on its sheet, as squares whose sides are above a third of `accuracy`.
 
     There its hover thrusts are positive and within `max_thrust`, its tilts within their ranges and ±π/2, R has the
-    `sign`, and the least singular value of the level matrix is at least `floor`. `inner` is proven; what is between it
+    `sign`, either for None, and the least singular value of the level matrix is at least `floor`. `inner` is proven; what is between it
     and `outer` is undecided, along borders mostly as wide as the accuracy.
 
     >>> region = sheet_region("paper", accuracy=0.02)
@@ -51,11 +53,19 @@ def sheet_region(
     ([True, False], True)
     """
     vehicle = vehicle_named(vehicle)
-    checked_choice("sign", sign, SIGNS)
+    if sign is not None:
+        checked_choice("sign", sign, SIGNS)
     floor = checked_number("floor", floor)
     # A tenth of it takes ten times the squares: a thousandth of a radian takes some seconds.
     accuracy = angle_within(accuracy, "accuracy", 0.1, least=1e-3)
-    conditions = _Conditions(vehicle, 1.0 if sign == "positive" else -1.0, floor)
+    return _region(vehicle, sign, floor, accuracy)
+
+
+@lru_cache(maxsize=32)
+def _region(
+    vehicle: Vehicle, sign: Sign | None, floor: float, accuracy: float
+) -> Region:
+    conditions = _Conditions(vehicle, sign, floor)
     reach = HALF_PI / _SQUARES
     line = np.linspace(-HALF_PI, HALF_PI, 2 * _SQUARES + 1)[1::2]
     centers = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
@@ -79,6 +89,35 @@ def sheet_region(
     )
 
 
+def reached_from_hover(
+    plane: FloatArray, vehicle: VehicleLike, floor: float
+) -> tuple[bool | None, str]:
+    """Return whether a flyable path on the sheet joins hover to one of some (α1, α2), shape (n, 2), and the reason.
+
+    Hover is the point of the sheet above (0, 0). None if no path is found, which is no proof that there is none. The
+    straight path to the nearest point is tried first.
+    """
+    vehicle = vehicle_named(vehicle)
+    unknown = "not decided whether a flight from hover can enter the gait"
+    reason = _Conditions(vehicle, "positive", floor).broken_at(0.0, 0.0)
+    if reason is not None:
+        return None, f"{unknown}: hover on the sheet cannot fly: {reason}"
+    nearest = plane[np.linalg.norm(plane, axis=1).argmin()]
+    way = sheet_of(rotors_of(vehicle)).chords(np.zeros((1, 2)), nearest[None])
+    is_reached = len(way.starts) > 0
+    is_reached &= bool(segments_fly(way.starts, way.ends, floor, vehicle).all())
+    if not is_reached:
+        region = sheet_region(vehicle, floor=floor)
+        home = region.component_of((0.0, 0.0))
+        if home is not None:
+            points = shapely.points(plane)
+            covered = shapely.covers(region.components[home], points)
+            is_reached = bool(covered.any())
+    if not is_reached:
+        return None, f"{unknown}: no flyable path on the sheet was found"
+    return True, "a flyable path on the sheet joins it to hover"
+
+
 def _sides(centers: FloatArray, reach: float) -> FloatArray:
     """Return the least and the largest α1 and α2 of squares, shape (m, 4)."""
     return np.hstack([centers - reach, centers + reach])
@@ -91,9 +130,11 @@ def _boxes(sides: list[FloatArray], unit: float) -> Any:
 class _Conditions:
     """The conditions of level flight on the sheet, on squares of the (α1, α2) plane."""
 
-    def __init__(self, vehicle: Vehicle, wanted: float, floor: float) -> None:
+    def __init__(self, vehicle: Vehicle, sign: Sign | None, floor: float) -> None:
         rotors = rotors_of(vehicle)
-        self.vehicle, self.wanted, self.floor = vehicle, wanted, floor
+        self.vehicle = vehicle
+        self.sign = sign
+        self.floor = floor
         self.coefficients = coefficients_of(vehicle, "exact")
         self.sheet = sheet_of(rotors)
         self.rates = level_of(rotors).rates
@@ -111,9 +152,9 @@ class _Conditions:
         """Return why a point is not in the region, with numbers, or None if it is."""
         alpha = np.array([alpha1, alpha2, *self.sheet.angles(alpha1, alpha2)])
         R = float(level_determinant(alpha, self.coefficients))
-        if not self.wanted * R > 0:
-            relation = ">" if self.wanted > 0 else "<"
-            return f"R at level attitude must be {relation} 0, got {R:.4g}"
+        if not self._signed(R) > 0:
+            relation = RELATION.get(str(self.sign), "R ≠ 0")
+            return f"R at level attitude must be {relation[2:]}, got {R:.4g}"
         size = float(least_singular_value(alpha, self.vehicle))
         if not size >= self.floor:
             return f"least singular value must be ≥ {self.floor:g}, got {size:.4g}"
@@ -151,12 +192,18 @@ class _Conditions:
         turned = np.hstack([np.full(centers.shape, reach), opposite])
         size = least_singular_value(alpha, self.vehicle)
         change = np.linalg.norm(self.rates * turned, axis=1)
-        R = self.wanted * level_determinant(alpha, self.coefficients)
+        R = self._signed(level_determinant(alpha, self.coefficients))
         holds = (least > 0) & (size - change >= self.floor) & (R > 0)
         fails |= size + change < self.floor
         # An angle that turns by π turns the sign of R, without which R keeps it where the matrix is invertible.
         fails |= (least > 0) & (size - change > 0) & (R < 0)
         return holds, fails
+
+    def _signed(self, R: Any) -> Any:
+        """Return R, such that it is positive where it has the sign."""
+        if self.sign is None:
+            return np.abs(R)
+        return R if self.sign == "positive" else -R
 
     def _forms_on(
         self, centers: FloatArray, reach: float

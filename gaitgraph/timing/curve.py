@@ -28,7 +28,9 @@ from gaitgraph.gait.given import gait_of
 from gaitgraph.invertibility.coefficients import Coefficients
 from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.records import Record
+from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.sheets import COLORS, sheet_angles, sheet_distances
+from gaitgraph.timing.lifted_gait import is_lifted, lifted_curve, path_of
 from gaitgraph.timing.polynomials import (
     bends_of,
     derivative_of,
@@ -73,7 +75,7 @@ class Curve(Record):
         Increasing parameter values from 0 to the span, shape (k + 1,); any parameter, not only arc length.
     pieces
         Coefficients of (α1, α2) on each piece in powers of s − breaks[j], highest power first, shape
-        (degree + 1, k, 2), as those of ``scipy.interpolate.PPoly`` [rad].
+        (degree + 1, k, 2), as those of ``scipy.interpolate.PPoly`` [rad]; on a curved sheet of all four angles.
     vehicle, coefficients, color, crossing_tolerance
         As for :class:`gaitgraph.gait.gait.Gait`; the color is "red" or "blue".
     """
@@ -114,9 +116,9 @@ class Curve(Record):
         those of the piece that starts there.
         """
         piece, local = located(self.breaks, s, "s must be finite parameters")
-        plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
+        values = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
         return lifted(
-            plane, self.color, self.pieces[-1, 0], self.coefficients, derivative
+            values, self.color, self.pieces[-1, 0], self.coefficients, derivative
         )
 
     def turning_points(self, derivative: int = 0) -> FloatArray:
@@ -139,9 +141,12 @@ class Curve(Record):
             for first, step, number in zip(self.breaks, width, count, strict=False)
         ]
         alpha = self.at(np.concatenate(starts))
+        colors: tuple[str, ...] = ()
+        if self.vehicle.asymmetry is None:
+            colors = (self.color,) * len(alpha)
         return Gait(
             alpha=alpha,
-            colors=(self.color,) * len(alpha),
+            colors=colors,
             vehicle=self.vehicle,
             coefficients=self.coefficients,
             crossing_tolerance=self.crossing_tolerance,
@@ -223,7 +228,7 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     Parameters
     ----------
     gait
-        The closed polyline. Straight runs are merged first; a corner nearer than :data:`SMALLEST` to the one before is
+        The closed polyline, on a curved sheet with rows between its corners. Straight runs are merged first; a corner nearer than :data:`SMALLEST` to the one before is
         dropped. Blends that would overlap are shrunk until they share the segment, and marked.
     tolerance
         Largest distance between the curve and the polyline, both ways, in the (α1, α2) plane; radians, or a text such
@@ -238,14 +243,8 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     """
     size = angle_within(tolerance, "tolerance", least=SMALLEST)
     gait = gait_of(gait)
-    asymmetry = gait.coefficients.rotors.asymmetry
-    if asymmetry is not None:
-        raise wrong(
-            "rounding",
-            "must be omitted for a vehicle that is not symmetric, since corners are not rounded along curved sheets",
-            tolerance,
-            got=asymmetry,
-        )
+    if gait.vehicle.asymmetry is not None:
+        return _rounded_on_sheet(gait, size)
     if gait.color not in ("red", "blue"):
         raise wrong(
             "gait",
@@ -271,15 +270,35 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
         bends = _Bends.of(plane, size)
         breaks, pieces = bends.curve(plane)
         corners = bends.corners()
-    curve = Curve(
+    curve = _curve_of(gait, breaks, pieces)
+    return Rounding(curve=curve, gait=merged, tolerance=size, corners=corners)
+
+
+def _rounded_on_sheet(gait: Gait, size: float) -> Rounding:
+    """Return a gait along a curved sheet with its corners rounded; the gait of the answer keeps its rows."""
+    if not is_lifted(gait):
+        raise InputError(
+            "gait must have rows along its curved sheet, as those of plan and lift, to be rounded, got one without"
+        )
+    corners = gait.alpha[path_of(gait).corners]
+    plane = _apart(replace(gait, alpha=corners)).alpha[:, :2]
+    bends = _Bends.of(plane, size)
+    breaks, pieces = bends.curve(plane)
+    sheet = sheet_of(gait.coefficients.rotors)
+    curve = _curve_of(gait, *lifted_curve(sheet, breaks, pieces))
+    return Rounding(curve=curve, gait=gait, tolerance=size, corners=bends.corners())
+
+
+def _curve_of(gait: Gait, breaks: FloatArray, pieces: FloatArray) -> Curve:
+    """Return a curve on the sheet of a gait."""
+    return Curve(
         breaks=breaks,
         pieces=pieces,
-        color=gait.color,
+        color=gait.color or "red",
         vehicle=gait.vehicle,
         coefficients=gait.coefficients,
         crossing_tolerance=gait.crossing_tolerance,
     )
-    return Rounding(curve=curve, gait=merged, tolerance=size, corners=corners)
 
 
 def _apart(gait: Gait) -> Gait:
@@ -387,8 +406,10 @@ def lifted(
 ) -> FloatArray:
     """Return (α1, …, α4) on a sheet above points of the plane, or above a derivative of them, shape (..., 4) [rad].
 
-    Never wrapped: (α3, α4) above `first` is taken from [−π/2, π/2], and the others follow without a jump.
+    All four angles, on a curved sheet, are returned as they are. Never wrapped: (α3, α4) above `first` is taken from [−π/2, π/2], and the others follow without a jump.
     """
+    if plane.shape[-1] == 4:
+        return plane
     sign = -1.0 if color == "blue" else 1.0
     other = sign * plane
     if derivative == 0:

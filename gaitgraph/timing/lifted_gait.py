@@ -7,6 +7,7 @@ derivatives of the sheet. Between rows the motion is the polynomial of degree fi
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
@@ -15,6 +16,7 @@ import numpy as np
 from gaitgraph.arrays import read_only
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.polynomials import derivative_of, located, values_of
 from gaitgraph.timing.timed_gait import RowTimedGait, TimedGait
 
 if TYPE_CHECKING:
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from gaitgraph import later
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.surface.curved import CurvedSheet
 
 _STRAIGHT = 1e-6  # change of the direction of (α1, α2) that is no corner
 _HALVINGS = 60  # of a share of time, down to rounding
@@ -77,16 +80,7 @@ class LiftedPath(NamedTuple):
     @property
     def pieces(self) -> FloatArray:
         """Polynomials through these in powers of s since each row, highest first, shape (6, n, 4)."""
-        from scipy.interpolate import BPoly, PPoly
-
-        step = np.diff(self.breaks)[:, None] / 5
-        control = []
-        for (alpha, slope, bend), side in ((self.starts, step), (self.ends, -step)):
-            near = alpha + side * slope
-            control.append([alpha, near, near + side * slope + side**2 * bend * 5 / 4])
-        first, last = control
-        through = BPoly(np.array([*first, *last[::-1]]), self.breaks)
-        return np.asarray(PPoly.from_bernstein_basis(through).c)
+        return _through(self.breaks, self.starts, self.ends)
 
 
 def path_of(gait: Gait) -> LiftedPath:
@@ -96,19 +90,70 @@ def path_of(gait: Gait) -> LiftedPath:
     ahead = steps / widths[:, None]
     turns = np.linalg.norm(ahead - np.roll(ahead, 1, axis=0), axis=1)
     sheet = sheet_of(gait.coefficients.rotors)
-    sides = []
-    for alpha in (gait.alpha, gait.ends):
-        slopes = sheet.slopes(*alpha[:, :2].T)
-        bends = sheet.second_derivatives(*alpha[:, :2].T)
-        first = np.hstack([ahead, np.einsum("nij,nj->ni", slopes, ahead)])
-        second = np.einsum("nijk,nj,nk->ni", bends, ahead, ahead)
-        sides.append(np.stack([alpha, first, np.hstack([0 * ahead, second])]))
+    starts, ends = (
+        _derivatives(sheet, alpha, ahead, 0 * ahead)
+        for alpha in (gait.alpha, gait.ends)
+    )
     return LiftedPath(
         corners=np.union1d([0], np.flatnonzero(turns > _STRAIGHT)),
         breaks=np.concatenate([[0.0], np.cumsum(widths)]),
-        starts=sides[0],
-        ends=sides[1],
+        starts=starts,
+        ends=ends,
     )
+
+
+def lifted_curve(
+    sheet: CurvedSheet, breaks: FloatArray, pieces: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return breaks and polynomials of all four angles, shape (6, n, 4), above a closed curve of (α1, α2).
+
+    The curve has two continuous derivatives. `breaks` and `pieces` are those of :class:`gaitgraph.timing.curve.Curve`.
+    Between rows that are as dense as those of a gait, angles and derivatives at the rows give the polynomials.
+    """
+    corners = np.concatenate([pieces[-1], pieces[-1, :1]])
+    rows = sheet.rows(corners).alpha[:-1, :2]
+    s = np.interp(_distances_along(rows), _distances_along(corners), breaks)
+    piece, local = located(breaks, s)
+    plane, velocity, change = (
+        values_of(derivative_of(pieces, order)[:, piece], local) for order in range(3)
+    )
+    opposite = np.unwrap(sheet.angles(*plane.T), axis=0, period=math.pi)
+    alpha = np.hstack([plane, opposite])
+    starts = _derivatives(sheet, alpha, velocity, change)
+    s = np.append(s, breaks[-1])
+    return s, _through(s, starts, np.roll(starts, -1, axis=1))
+
+
+def _distances_along(points: FloatArray) -> FloatArray:
+    """Return the distance along a polyline at each of its points, shape (n,)."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _derivatives(
+    sheet: CurvedSheet, alpha: FloatArray, velocity: FloatArray, change: FloatArray
+) -> FloatArray:
+    """Return angles and two derivatives by s on the sheet, shape (3, n, 4), from those of (α1, α2), shape (n, 2)."""
+    slopes = sheet.slopes(*alpha[:, :2].T)
+    bends = sheet.second_derivatives(*alpha[:, :2].T)
+    first = np.einsum("nij,nj->ni", slopes, velocity)
+    second = np.einsum("nijk,nj,nk->ni", bends, velocity, velocity)
+    second += np.einsum("nij,nj->ni", slopes, change)
+    return np.stack([alpha, np.hstack([velocity, first]), np.hstack([change, second])])
+
+
+def _through(breaks: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return the polynomials of degree five with angles and two derivatives at both ends, shape (6, n, 4)."""
+    from scipy.interpolate import BPoly, PPoly
+
+    step = np.diff(breaks)[:, None] / 5
+    control = []
+    for (alpha, slope, bend), side in ((starts, step), (ends, -step)):
+        near = alpha + side * slope
+        control.append([alpha, near, near + side * slope + side**2 * bend * 5 / 4])
+    first, last = control
+    through = BPoly(np.array([*first, *last[::-1]]), breaks)
+    return np.asarray(PPoly.from_bernstein_basis(through).c)
 
 
 def _motion_of(gait: Gait, period: float) -> tuple[FloatArray, FloatArray]:

@@ -92,8 +92,10 @@ class LimitedGait(TimedGait):
 
     @property
     def stated_rounding(self) -> float | None:
-        """The rounding that the curve was made by [rad]; None for a polyline."""
-        return None if self.rounding is None else self.rounding.tolerance
+        """The rounding that was asked for [rad]; None for a polyline, and for a gait that only turns back on its line."""
+        if self.rounding is None or self.rounding.tolerance == 0:
+            return None
+        return self.rounding.tolerance
 
     def with_gait(self, gait: Gait) -> Self:
         """Return the same law for another vehicle, or other coefficients, of a gait; see :meth:`TimedGait.with_gait`."""
@@ -137,8 +139,6 @@ class LimitedGait(TimedGait):
         h, gait = self.widths[interval], self.gait
         by_share = values_of(derivative_of(self.tilts, order)[:, interval], local / h)
         tilts = by_share / h[..., None] ** order
-        if tilts.shape[-1] == 4:
-            return np.asarray(tilts)
         color = gait.color or "red"
         return lifted(tilts, color, gait.alpha[0, :2], gait.coefficients, order)
 

@@ -90,7 +90,7 @@ def origin_of(
     limits = made.made_for
     if made.rounding is None:
         return Origin(made.gait if made.curve is None else gait, None, limits)
-    return Origin(made.rounding.gait, made.rounding.tolerance, limits)
+    return Origin(made.rounding.gait, made.stated_rounding, limits)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -356,11 +356,14 @@ class _Route:
 
     def answer(self, status: str, reason: str = "", **more: Any) -> LeastPeriod:
         """Return an answer for this route."""
+        rounding = self.rounding
+        if rounding is not None and rounding.tolerance == 0:  # not asked for
+            rounding = None
         return LeastPeriod(
             status=status,
             reason=reason,
             limits=self.limits,
-            rounding=self.rounding,
+            rounding=rounding,
             **more,
         )
 
@@ -492,20 +495,21 @@ def _routes(
     origin = origin_of(path)
     gait = origin.gait
     tolerance = origin.rounding if rounding is None else rounding
-    if gait.vehicle.asymmetry is not None and tolerance is None:
-        corners = gait
-        if not is_lifted(gait):
-            corners = replace(gait.merged(), request=gait.request)
-        known = limits or limits_of(gait.vehicle, origin.limits)
-        return [_Route(gait=corners, limits=known)]
-    made = rounded(gait, 1e-3 if tolerance is None else tolerance)
     known = limits or limits_of(gait.vehicle, origin.limits)
-    resting = _Route(gait=replace(gait.merged(), request=gait.request), limits=known)
+    corners = gait
+    if not is_lifted(gait):
+        corners = replace(gait.merged(), request=gait.request)
+    resting = _Route(gait=corners, limits=known)
+    if gait.vehicle.asymmetry is not None and tolerance is None:
+        return [resting]
+    made = rounded(gait, 1e-3 if tolerance is None else tolerance)
+    if tolerance is None:
+        made = replace(made, tolerance=0.0)
     smooth = _Route(
         gait=replace(made.curve.polyline(), request=gait.request),
         limits=known,
         curve=made.curve,
-        rounding=None if tolerance is None else made,
+        rounding=made,
     )
     # A gait that only turns back on its line is smooth as it is, whatever the tolerance.
     if made.deviation == 0:

@@ -494,10 +494,12 @@ class TimedPath(TimedGait):
     """A motion that is run once, from its start to its end, at which it then stays.
 
     `loop` leads out and back: its first half is the path, and `gait` is its closed polyline, whose segments are those of
-    the path. `period` is the duration of the path [s], and `samples` are its intervals.
+    the path. `period` is the duration of the path [s], and `samples` are its intervals. `phases` are those of the
+    mission whose rows it joins.
     """
 
     loop: TimedGait
+    phases: tuple[tuple[str, float], ...] = ()
 
     @classmethod
     def of(cls, loop: TimedGait) -> TimedPath:
@@ -538,7 +540,9 @@ class TimedPath(TimedGait):
     def with_period(self, period: float) -> Self:
         """Return the path in another duration [s]."""
         loop = self.loop.with_period(2 * period)
-        return replace(self, period=float(period), loop=loop)
+        slower = period / self.period
+        phases = tuple((name, begin * slower) for name, begin in self.phases)
+        return replace(self, period=float(period), loop=loop, phases=phases)
 
     @property
     def corner_times(self) -> FloatArray:
@@ -611,8 +615,12 @@ def timed_gait_of(
         return source.parametrize(seconds, law=law or DEFAULT_LAW)
     _refuse_flight(source, given.file)
     motion = given.motion
-    if motion is not None and period is None and law is None:
-        return motion
+    if motion is not None and law is None:
+        if period is None:
+            return motion
+        if motion.law == JOINED:
+            checked_clock(period, DEFAULT_LAW)
+            return motion.with_period(period)
     if source.repeats or len(source) == 1:
         return _timed_rows(given, source, period, law)
     with naming_file(given.file):
@@ -699,7 +707,20 @@ def _timed_path(
         times=times - times[0],
         law_stated="law" in table.about,
     )
-    return TimedPath.of(loop)
+    path = TimedPath.of(loop)
+    return replace(path, phases=_stated_phases(table, path.period))
+
+
+def _stated_phases(table: Table, duration: float) -> tuple[tuple[str, float], ...]:
+    """Return the phases of the mission that a table states, none if it states none that fit its times."""
+    try:
+        names, begins = zip(*table.about.get("phases", ()), strict=True)
+        times = np.array([*begins, duration], dtype=float)
+    except (TypeError, ValueError):
+        return ()
+    if "gait" not in names or times[0] != 0 or not (np.diff(times) > 0).all():
+        return ()
+    return tuple(zip(map(str, names), times.tolist(), strict=False))
 
 
 def checked_clock(

@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitgraph.angles import distance_to_multiple, figure, figures_apart
 from gaitgraph.gait.table import RATE_CHECKS
-from gaitgraph.invertibility.coefficients import coefficients_of, is_red
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import Form
 from gaitgraph.invertibility.matrices import (
     hover_power_at,
@@ -33,6 +33,7 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.surface.blocks import yaw_block
 from gaitgraph.surface.curved import sheet_of
+from gaitgraph.surface.curved_region import reached_from_hover
 from gaitgraph.surface.sheets import HOVER_LABEL, home_in_words, red_label
 from gaitgraph.tolerances import DEFAULT_TOLERANCE, IDLE_SHARE, SAME_ANGLE
 from gaitgraph.validation.report import (
@@ -349,17 +350,18 @@ def _shares_along(
     """Return the least and the largest share of m·g; for a curve their bounds, and 0 if a rotor may idle.
 
     On red the yaw torque m₁ of rotors 1 and 3 depends on α1 alone, m₂ of the others on α2 alone, and so do their lifts
-    f₁ and f₂. The shares are m₂/(2D) and −m₁/(2D) in size, with D = m₁f₂ − f₁m₂. So the diagonal of the box around a
-    curve decides for all of it whether a rotor idles, and the slopes of m and D how far shares differ from those of
-    the chords.
+    f₁ and f₂. The shares are m₂/(2D) and −m₁/(2D) in size, with D = m₁f₂ − f₁m₂. So the slopes of m and D say how far
+    the shares differ from those of the chords.
     """
-    box, beside, vehicle = criteria.extremes, criteria.beside, criteria.vehicle
+    beside, vehicle = criteria.beside, criteria.vehicle
     least, upper, _, _ = brackets.shares[0].worst()
     most = brackets.shares[1].worst()[0]
-    if box is None:
+    if criteria.extremes is None:
         return upper, -most
-    hovers = is_red(box.T).all() and thrusts_push_up(box[:1], box[1:], vehicle).all()
-    if not hovers or not segments.on_red:
+    if vehicle.asymmetry is not None:
+        off = _change_of_shares(-most, criteria, brackets)
+        return least - off, off - most
+    if not segments.on_red:
         return 0.0, math.inf
     form = Form(yaw_block(vehicle).form[:, :, None, None, None])  # D
     found = least_of_each(segments.starts, segments.ends, [LevelSign(form)], [1e-6])
@@ -371,6 +373,21 @@ def _shares_along(
     off = float(yaw) * beside / (2 * (lift - moved))
     low = least * lift / (lift + moved) - off
     return low, (-most + off) * lift / (lift - moved)
+
+
+def _change_of_shares(most: float, criteria: Criteria, brackets: Brackets) -> float:
+    """Return by how much hover thrusts of a curve differ at most from those of its chords, which are at most `most`.
+
+    They are Nᵢ/R with the zero-moment inputs Nᵢ. The four angles move as for :meth:`Criteria.level_slack`.
+    """
+    slack = criteria.level_slack(criteria.coefficients)
+    rest = float(brackets.level.lower.min()) - slack
+    if not rest > 0:
+        return math.inf
+    inputs = level_of_vehicle(criteria.vehicle).inputs
+    largest = max(float(form.size[0]) for form in inputs)
+    change = largest * math.sqrt(8.0) * criteria.beside
+    return (change + most * slack) / rest
 
 
 def _notes_on_thrust(
@@ -458,11 +475,11 @@ def reachability(
     """
     vehicle, alpha = criteria.vehicle, segments.alpha
     exact = coefficients_of(vehicle, "exact")
-    home = f"the component of α = 0 ({home_in_words(vehicle)})"
-    passes = (
-        f"entering from hover (R > 0) passes a singular matrix: plan with sign positive, in {home}, or start the flight "
-        "in the gait"
-    )
+    advice = "plan with sign positive"
+    if vehicle.asymmetry is None:
+        home = f"in the component of α = 0 ({home_in_words(vehicle)})"
+        advice += f", {home}"
+    passes = f"entering from hover (R > 0) passes a singular matrix: {advice}, or start the flight in the gait"
     if fit.on_blue:
         return False, passes
     resolution = noise_of(exact)
@@ -473,6 +490,10 @@ def reachability(
     ).lower.min()
     if not lower > resolution:
         return False, passes
+    if vehicle.asymmetry is not None:
+        if sheet_of(exact.rotors).distances(alpha).max() > DEFAULT_TOLERANCE:
+            return None, "not decided: off the curved sheet, with R > 0"
+        return reached_from_hover(alpha[:, :2], vehicle, criteria.floor)
     if vehicle.hover_exclusions:
         return False, f"{vehicle.hover_exclusions[0]}: start the flight in the gait"
     opposite = np.abs(alpha[:, 2:] - alpha[:, :2])
@@ -481,7 +502,9 @@ def reachability(
     # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
     at_home = (red_label(alpha[:, 0], alpha[:, 1], vehicle) == HOVER_LABEL).all()
     if not at_home or opposite.max() > DEFAULT_TOLERANCE:
-        way = f"no path on the surface from hover to this component of R > 0: plan in {home}"
+        way = (
+            f"no path on the surface from hover to this component of R > 0: plan {home}"
+        )
         return False, way
     if not lower > slack:
         return None, "not decided: too close to R = 0 for chords of this size"
@@ -509,6 +532,8 @@ def report_of(
     sign = sign_of_R(segments, criteria, fit, brackets)
     physics = _physics_of(segments, criteria, fit, brackets)
     checks = [sign, *physics.checks]
+    reachable, reason = reachability(segments, criteria, fit)
+    physics = replace(physics, reachable_from_hover=reachable, reachability=reason)
     if criteria.vehicle.asymmetry is not None:
         notes = (*physics.notes, *_notes_on_sheet(segments, criteria))
         return replace(physics, checks=(closed, *checks, *rates), notes=notes)
@@ -530,24 +555,23 @@ def report_of(
     notes = physics.notes
     if lone.note and not by_lone_rows:
         notes += (lone.note,)
-    reachable, reason = reachability(segments, criteria, fit)
     return replace(
         physics,
         checks=(closed, *following([*checks, *rates], causes)),
-        reachable_from_hover=reachable,
-        reachability=reason,
         notes=notes,
     )
 
 
 def _notes_on_sheet(segments: Segments, criteria: Criteria) -> tuple[str, ...]:
-    """Return a warning if points are off the curved sheet of a vehicle that is not symmetric."""
-    off = sheet_of(criteria.coefficients.rotors).distances(segments.alpha)
+    """Return a warning if segments may be off the curved sheet of a vehicle that is not symmetric."""
+    sheet = sheet_of(criteria.coefficients.rotors)
+    off = sheet.distances_along(segments.starts, segments.ends)
     if off.max() <= DEFAULT_TOLERANCE:
         return ()
     place = segments.place(int(off.argmax()))
     return (
-        f"{off.max():.2g} rad off the curved sheet at {place}: only on it the matrix is invertible at every roll and pitch",
+        f"up to {off.max():.2g} rad off the curved sheet after {place}: only on it the matrix is invertible at every roll "
+        "and pitch",
     )
 
 

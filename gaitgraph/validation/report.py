@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from gaitgraph.angles import figure, figures_apart
 from gaitgraph.gait.table import RATE_UNITS
-from gaitgraph.pictured import Pictured
+from gaitgraph.pictured import Pictured, pandas
 from gaitgraph.records import Record
 from gaitgraph.surface.loop_colorings import Colorings
 from gaitgraph.texts import table_lines
@@ -376,6 +376,10 @@ class Report(Pictured):
         found = self.with_checks(timed.rate_checks())
         return replace(found, hover_power=power, hover_power_over="time")
 
+    def to_pandas(self) -> Any:
+        """Return the checks as a pandas frame, a row for each."""
+        return pandas().DataFrame([check.as_mapping() for check in self.checks])
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the report as plain values, ready for JSON."""
         out = {
@@ -408,15 +412,16 @@ class Report(Pictured):
 
     @property
     def _answers(self) -> str:
+        flyable = _YES[self.flyable]
+        rules = f"Obeys the paper's rules: {_YES[self.valid]}."
         if self.valid is None:
-            flyable = "undecided" if self.flyable is None else _YES[self.flyable]
-            return (
-                f"Flyable: {flyable}. The paper's rules do not apply to this geometry."
-            )
-        flyable, valid, reachable = (
-            _YES[one] for one in (self.flyable, self.valid, self.reachable_from_hover)
-        )
-        return f"Flyable: {flyable}. Obeys the paper's rules: {valid}. Reachable from hover: {reachable}."
+            flyable = "undecided" if self.flyable is None else flyable
+            rules = "The paper's rules do not apply to this geometry."
+        answers = f"Flyable: {flyable}. {rules}"
+        if self.reachability:
+            reachable = _YES[self.reachable_from_hover]
+            answers += f" Reachable from hover: {reachable}."
+        return answers
 
     @property
     def lines(self) -> list[str]:
