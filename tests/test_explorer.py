@@ -95,12 +95,17 @@ class Client:
         content = b"".join(message.get("body", b"") for message in sent[1:])
         return sent[0]["status"], found, content
 
-    def ask(self, body: bytes, *pieces: Any, **headers: str) -> tuple[int, str]:
-        """Return the status of a query for a plan, and the line that refuses it."""
+    def post(
+        self, name: str, *pieces: Any, **headers: str
+    ) -> tuple[int, dict[str, str], bytes]:
+        """Return status, headers and content of the answer to a query, whose body comes in pieces."""
         stated = {"content-type": JSON} | headers
-        messages = [{"body": body}, *pieces]
-        request = self.sent("POST", PLAN, stated, messages)
-        status, answered, content = asyncio.run(asyncio.wait_for(request, 60))
+        request = self.sent("POST", f"/{TOKEN}/api/{name}", stated, pieces)
+        return asyncio.run(asyncio.wait_for(request, 60))
+
+    def ask(self, body: bytes, *pieces: Any) -> tuple[int, str]:
+        """Return the status of a query for a plan, and the line that refuses it."""
+        status, answered, content = self.post("plan", {"body": body}, *pieces)
         message = json.loads(content).get("error", "")
         assert answered.items() >= HEADERS.items()
         assert re.fullmatch(r"(?!.*Traceback)[^\n]*", message)
@@ -482,16 +487,12 @@ def test_a_certificate_of_the_downloaded_rows_is_offered_or_refused(
 
 def test_files_travel_through_the_server(client: Client) -> None:
     query = json.dumps({"state": of_gait(3), "suffix": ".csv"}).encode()
-    download = client.sent(
-        "POST", f"/{TOKEN}/api/download", {"content-type": JSON}, [{"body": query}]
-    )
-    status, headers, content = asyncio.run(download)
+    status, headers, content = client.post("download", {"body": query})
     assert status == 200
     assert headers["content-disposition"] == "attachment; filename=gait.csv"
-    path = f"/{TOKEN}/api/table?name=my%20gait.csv"
-    stated = {"content-type": "application/octet-stream"}
-    table = client.sent("POST", path, stated, [{"body": content}])
-    answer = json.loads(asyncio.run(table)[2])
+    kind = {"content-type": "application/octet-stream"}
+    table = client.post("table?name=my%20gait.csv", {"body": content}, **kind)
+    answer = json.loads(table[2])
     assert (answer["name"], answer["flyable"]) == ("my gait.csv", True)
 
 
@@ -541,10 +542,7 @@ def test_the_page_its_files_and_their_licences(client: Client) -> None:
 def test_a_request_from_elsewhere_is_refused(
     client: Client, headers: dict[str, str], status: int
 ) -> None:
-    request = client.sent(
-        "POST", PLAN, {"content-type": JSON} | headers, [{"body": b"{}"}]
-    )
-    found, answered, _ = asyncio.run(request)
+    found, answered, _ = client.post("plan", {"body": b"{}"}, **headers)
     assert found == status
     assert answered.items() >= HEADERS.items()
     assert "access-control-allow-origin" not in answered
@@ -566,9 +564,7 @@ def test_there_is_nothing_else(client: Client, path: str) -> None:
 
 def test_a_body_that_is_too_large_is_given_up(client: Client) -> None:
     piece = {"body": b" " * (64 << 10), "more_body": True}
-    stated = {"content-type": JSON}
-    request = client.sent("POST", PLAN, stated, [piece] * 200)
-    status, headers, content = asyncio.run(asyncio.wait_for(request, 30))
+    status, headers, content = client.post("plan", *[piece] * 200)
     assert (status, headers["connection"]) == (413, "close")
     assert str(LIMITS["bytes"]).encode() in content
 
@@ -739,7 +735,12 @@ def test_a_real_server_is_asked_and_interrupted() -> None:
     command = [sys.executable, "-m", "gaitgraph", "explore", "--no-browser"]
     pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     environment = os.environ | {"PYTHONUNBUFFERED": ""}
-    with subprocess.Popen(command, env=environment, text=True, **pipes) as process:
+    with subprocess.Popen(
+        command,
+        env=environment,
+        text=True,
+        **pipes,
+    ) as process:
         try:
             assert process.stdout is not None
             address = process.stdout.readline().strip()

@@ -30,7 +30,11 @@ if TYPE_CHECKING:
 
 pytest.importorskip("mujoco")
 
-STRONG = PAPER.replace(name="strong drag", drag_ratio=1.3, first_arm_angle=0.4)
+STRONG = PAPER.replace(
+    name="strong drag",
+    drag_ratio=1.3,
+    first_arm_angle=0.4,
+)
 
 
 def test_servos_obey_their_lag_and_their_largest_rate() -> None:
@@ -158,30 +162,36 @@ def test_spinning_rotors_have_a_gyroscopic_torque(spin: Any) -> None:
     assert found == pytest.approx(expected, rel=1e-12)
 
 
-class TestDecoupler:
-    def test_the_force_points_where_it_is_wanted(self) -> None:
-        rng = np.random.default_rng(8)
-        for _ in range(100):
-            ax, ay, yaw = rng.uniform(-3, 3, 3)
-            force = rng.normal(size=3) * 0.3 + [0, 0, 2]
-            roll, pitch = wanted_attitude(ax, ay, 9.8, yaw, tuple(force))
-            pushed = Rotation.from_euler("ZYX", [yaw, pitch, roll]).apply(force)
-            assert pushed / pushed[2] * 9.8 == pytest.approx([ax, ay, 9.8])
+def test_the_force_points_where_it_is_wanted() -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(100):
+        ax, ay, yaw = rng.uniform(-3, 3, 3)
+        force = rng.normal(size=3) * 0.3 + [0, 0, 2]
+        roll, pitch = wanted_attitude(ax, ay, 9.8, yaw, tuple(force))
+        pushed = Rotation.from_euler("ZYX", [yaw, pitch, roll]).apply(force)
+        assert pushed / pushed[2] * 9.8 == pytest.approx([ax, ay, 9.8])
 
-    def test_it_leans_by_45_degrees_at_most(self) -> None:
-        roll, pitch = wanted_attitude(300.0, -400.0, 9.8, 0.0, (0.0, 0.0, 1.0))
-        pushed = Rotation.from_euler("ZYX", [0.0, pitch, roll]).apply([0, 0, 1.0])
-        assert pushed * math.sqrt(2) == pytest.approx([0.6, -0.8, 1.0])
 
-    @pytest.mark.parametrize("eta", [1.0, 0.9])
-    def test_red_and_biased_gaits_follow_a_line(self, eta: float) -> None:
-        timed = replace(ASCENDING, gait=ASCENDING.gait.biased(eta), period=4.0)
-        settings = FlightSettings(reference="line", lap=2.0, size=0.5, duration=2.5)
-        flight = fly(timed, settings=settings)
-        assert flight.tracking_error is not None
-        assert flight.tracking_error < 0.03
-        assert flight.column("x_wanted").max() == pytest.approx(0.5)
-        assert flight.column("x")[-1] == pytest.approx(0.5, abs=0.02)
+def test_it_leans_by_45_degrees_at_most() -> None:
+    roll, pitch = wanted_attitude(300.0, -400.0, 9.8, 0.0, (0.0, 0.0, 1.0))
+    pushed = Rotation.from_euler("ZYX", [0.0, pitch, roll]).apply([0, 0, 1.0])
+    assert pushed * math.sqrt(2) == pytest.approx([0.6, -0.8, 1.0])
+
+
+@pytest.mark.parametrize("eta", [1.0, 0.9])
+def test_red_and_biased_gaits_follow_a_line(eta: float) -> None:
+    timed = replace(ASCENDING, gait=ASCENDING.gait.biased(eta), period=4.0)
+    settings = FlightSettings(
+        reference="line",
+        lap=2.0,
+        size=0.5,
+        duration=2.5,
+    )
+    flight = fly(timed, settings=settings)
+    assert flight.tracking_error is not None
+    assert flight.tracking_error < 0.03
+    assert flight.column("x_wanted").max() == pytest.approx(0.5)
+    assert flight.column("x")[-1] == pytest.approx(0.5, abs=0.02)
 
 
 @pytest.mark.parametrize("kind", REFERENCES)

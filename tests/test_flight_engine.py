@@ -40,10 +40,15 @@ def drawn_vehicle(height: float = 0.0, arm_share: float = 0.0) -> Vehicle:
     )
 
 
-VEHICLES = [PAPER, BEETLE]
-VEHICLES += [drawn_vehicle(), drawn_vehicle(arm_share=0.02)]
-VEHICLES += [drawn_vehicle(height=0.3), drawn_vehicle(height=-2.0)]
-VEHICLES += [PAPER.replace(rotor_height=0.05, arm_inertia=3e-5)]
+VEHICLES = [
+    PAPER,
+    BEETLE,
+    drawn_vehicle(),
+    drawn_vehicle(arm_share=0.02),
+    drawn_vehicle(height=0.3),
+    drawn_vehicle(height=-2.0),
+    PAPER.replace(rotor_height=0.05, arm_inertia=3e-5),
+]
 
 
 def step(engine: Engine) -> None:

@@ -42,7 +42,7 @@ def test_a_loop_through_waypoints_settles(run: Any) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ("gait1 --output f.csv", "refused before take-off: sign of R undecided"),
+        ("gait1", "refused before take-off: sign of R undecided"),
         ("gait1 --output f.csv", "nothing was flown, so f.csv is not written"),
         ("gait1 --anyway", "nears singularity at 0.000 s"),
         ("gait1 --anyway", "warning: flown although it is not flyable: sign of R und"),
@@ -172,15 +172,11 @@ def test_settings_come_from_a_file_and_options_go_before_it(run: Any) -> None:
     stated = json.loads(Path("a.json").read_text())["about"]["flight"]
     assert (stated["reference"], stated["duration"]) == ("hover", 0.3)
     assert stated["attitude_noise"] == pytest.approx(np.radians(0.1))
-    for content, said in (
-        ("control_rate = 2000", "control_rate must be 1000 Hz divided by a whole"),
-        ("duration = -1", "duration must be between 0.001"),
-        ("attitude_damping = 3000", "attitude_damping must be between"),
-    ):
-        Path("bad.toml").write_text(f"[flight]\n{content}\n")
-        wrong = run("fly", "gait3", "--settings", "bad.toml")
-        assert (wrong.code, wrong.out, wrong.err.count("\n")) == (2, "", 1)
-        assert f"flight file 'bad.toml': {said}" in wrong.err
+    Path("bad.toml").write_text("[flight]\ncontrol_rate = 2000\n")
+    wrong = run("fly", "gait3", "--settings", "bad.toml")
+    assert (wrong.code, wrong.out, wrong.err.count("\n")) == (2, "", 1)
+    said = "control_rate must be 1000 Hz divided by a whole"
+    assert f"flight file 'bad.toml': {said}" in wrong.err
     drifts = []
     for seed in (3, 4):
         wind = f"wind = [-1, 0.5]\ngust = 0.3\nseed = {seed}\nduration = 0.2\n"

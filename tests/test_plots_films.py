@@ -44,33 +44,33 @@ def test_discs_face_along_the_forces_of_the_rotors(vehicle: gg.Vehicle) -> None:
     )
     upward = np.sign(control_force_matrix(LEVEL, whole)[2])
     for alpha in np.random.default_rng(6).uniform(-math.pi, math.pi, (40, 4)):
-        above, behind, right = (
-            vehicle_view(alpha, vehicle, view=view)
-            for view in (FROM_ABOVE, BEHIND, RIGHT)
-        )
-
-        def vectors(name: str) -> Any:
-            # From above the screen's right is −y and its up x; from behind right is −y, up z; from the right x and z.
-            x = getattr(above, name)[..., 1]  # noqa: B023 - called at once
-            y = -getattr(above, name)[..., 0]  # noqa: B023
-            z = getattr(behind, name)[..., 1]  # noqa: B023
-            assert getattr(behind, name)[..., 0] == pytest.approx(-y)  # noqa: B023
-            seen = np.stack([x, z], axis=-1)
-            assert getattr(right, name) == pytest.approx(seen)  # noqa: B023
-            return np.stack([x, y, z], axis=-1)
-
-        centres, rims = vectors("centres"), vectors("rims")
+        centres, rims, tips = vectors_of(alpha, vehicle)
         across, along = rims[:, 0] - centres, rims[:, 18] - centres
         force = (control_force_matrix(alpha, whole) * upward).T
-        thrust = vectors("tips") - centres
+        thrust = tips - centres
         length = np.linalg.norm(thrust, axis=1, keepdims=True)
         assert thrust / length == pytest.approx(force)
         # A disc is round, and turns about its arm.
         assert np.cross(across, along) == pytest.approx(0.25 * force)
-        assert np.linalg.norm(across, axis=1) == pytest.approx(0.5)
         bearings = np.array(vehicle.arm_angles)
         arms = np.stack([np.cos(bearings), np.sin(bearings), LEVEL], axis=1)
         assert across == pytest.approx(0.5 * arms)
+
+
+def vectors_of(alpha: Any, vehicle: gg.Vehicle) -> list[Any]:
+    """Return centres, rims and tips in body axes, from three views."""
+    above = vehicle_view(alpha, vehicle, view=FROM_ABOVE)
+    behind = vehicle_view(alpha, vehicle, view=BEHIND)
+    right = vehicle_view(alpha, vehicle, view=RIGHT)
+    vectors = []
+    for name in ("centres", "rims", "tips"):
+        # From above the screen's right is −y and its up x; from behind right is −y, up z; from the right x and z.
+        left, x = np.moveaxis(getattr(above, name), -1, 0)
+        same_left, z = np.moveaxis(getattr(behind, name), -1, 0)
+        assert same_left == pytest.approx(left)
+        assert getattr(right, name) == pytest.approx(np.stack([x, z], axis=-1))
+        vectors.append(np.stack([x, -left, z], axis=-1))
+    return vectors
 
 
 def test_a_view_stays_within_its_limits() -> None:
