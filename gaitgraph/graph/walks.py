@@ -34,6 +34,8 @@ Weight = str | Callable[[Any, Any, Any], float | None]
 QUANTA_PER_RADIAN = 1e12
 MOST_ANY_ORDER = 9
 """Stops of which all orders are tried."""
+MOST_IN_TIME = 200
+"""Places whose order is found in a second, once the paths between them are measured."""
 _TURN = 1_000_000  # more than the steps of any path
 
 _ALLOWED: dict[str, Allowed] = {
@@ -359,7 +361,8 @@ def shortest_order(
     """Return an order of places, counted from 0, that makes a short closed path; None if two cannot be joined.
 
     With `until`, a time of :func:`time.monotonic`, lengths are measured until then, those of near places first. If the
-    time passes, `at_least`, shape (number, number), stands for the others, and each place is followed by the nearest.
+    time passes, `at_least`, shape (number, number), stands for the others, and each place is followed by the nearest;
+    so it is for more than 200 places, since the better algorithm cannot be stopped.
 
     `length` returns that of the shortest path between two places, a whole number of quanta, infinite if there is none.
     Up to nine places all orders are tried. For more the order is approximate, by Christofides' algorithm: its path is
@@ -370,7 +373,7 @@ def shortest_order(
         -1, 2
     )
     near_first = pairs[np.argsort(lengths[tuple(pairs.T)], kind="stable")]
-    is_in_time = True
+    is_in_time = until is None or number <= MOST_IN_TIME
     for a, b in near_first.tolist():
         if until is not None and monotonic() > until:
             is_in_time = False

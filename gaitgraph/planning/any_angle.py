@@ -18,7 +18,12 @@ import numpy as np
 import shapely
 
 from gaitgraph.errors import InputError
-from gaitgraph.graph.walks import QUANTA_PER_RADIAN, quanta_of, shortest_order
+from gaitgraph.graph.walks import (
+    MOST_IN_TIME,
+    QUANTA_PER_RADIAN,
+    quanta_of,
+    shortest_order,
+)
 from gaitgraph.invertibility.matrices import (
     least_singular_value_on_red,
     level_determinant,
@@ -187,10 +192,13 @@ def _loop_in(
         return math.inf if leg is None else quanta_of(leg.length)
 
     order = tuple(range(len(waypoints)))
+    in_time = True
     if reorders:
         apart = np.array(waypoints)[:, None] - np.array(waypoints)
         straight = np.floor(np.linalg.norm(apart, axis=2) * QUANTA_PER_RADIAN)
         order = shortest_order(len(waypoints), length_between, straight, until) or order
+        if until is not None:
+            in_time = len(waypoints) <= MOST_IN_TIME and monotonic() <= until
     points: list[Point] = []
     lower_bound = 0.0
     for ends in pairwise([*order, order[0]]):
@@ -205,7 +213,7 @@ def _loop_in(
         order=order,
         request=branch.request,
         lower_bound=lower_bound,
-        in_time=not reorders or until is None or monotonic() <= until,
+        in_time=in_time,
     )
 
 

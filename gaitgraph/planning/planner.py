@@ -78,7 +78,7 @@ _APPROXIMATE = (
     f"the order of the waypoints is approximate: beyond {MOST_ANY_ORDER} waypoints not all orders are tried, "
     "and another one may make a shorter loop"
 )
-_LATE = "the deadline passed before all paths between waypoints were measured: another order may make a shorter loop"
+_LATE = "the deadline ended the search for an order of the waypoints: another order may make a shorter loop"
 _POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
 
 
@@ -301,7 +301,8 @@ def plan_loop(
         Own cost of an edge, with the method "grid": see :func:`gaitgraph.graph.walks.closed_walk`.
     deadline
         With `any_order` and the exact method: seconds after which no more paths between waypoints are measured. The
-        order is then that of the nearest neighbours, and a warning says so.
+        order is then that of the nearest neighbours, and a warning says so; beyond 200 waypoints it always is, since
+        the search for a better order cannot be stopped.
     progress
         Called with a line of text before each step of long work.
 
