@@ -141,7 +141,7 @@ def test_a_flat_body_is_the_limit(inertia: tuple[float, float, float]) -> None:
         {"inertia": (*inertia[:2], 1.0005 * inertia[2])},
         {"inertia": inertia, "arm_inertia": 1e-5},
     ):
-        with pytest.raises(InputError, match="is not that of a rigid body"):
+        with pytest.raises(InputError, match="must be that of a rigid body"):
             Engine(PAPER.replace(**changes))
 
 

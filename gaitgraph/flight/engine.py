@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import checked_number
-from gaitgraph.errors import InputError, needs_extra
+from gaitgraph.errors import InputError, needs_extra, wrong
 from gaitgraph.invertibility.matrices import thrust_signs
 from gaitgraph.vehicle import vehicle_named
 
@@ -279,12 +279,9 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
         of_arms = ""
         if vehicle.arm_inertia is not None:
             of_arms = f" without {4 * arm:.4g} of each for four arms"
-        raise InputError(
-            f"inertia of vehicle {vehicle.name!r} must be three positive moments (kg m²), each at most the sum of the "
-            f"others; {list(inertia)}{of_arms} is not that of a rigid body",
-            field="inertia",
-            value=inertia,
-        )
+        rule = f"of vehicle {vehicle.name!r} must be that of a rigid body{of_arms}"
+        wanted = "three positive moments (kg m²), each at most the sum of the others"
+        raise wrong("inertia", f"{rule}: {wanted}", list(inertia))
     stiffness = arm * (_STIFF / step) ** 2
     damping = 2.0 * arm * _STIFF / step
     lag = ""

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, is_list
-from gaitgraph.errors import InputError, wrong
+from gaitgraph.errors import wrong
 from gaitgraph.flight.controller import (
     LEVEL,
     Command,
@@ -405,18 +405,12 @@ def _check_steps(course: Course, settings: FlightSettings) -> None:
     step = settings.step
     period = course.moving_period
     if seconds / step > _MOST_STEPS:
-        raise InputError(
-            f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s",
-            field="duration",
-            value=seconds,
-        )
+        most = f"must be at most {_MOST_STEPS} steps of {step:g} s"
+        raise wrong("duration", most, seconds, got=f"{seconds:g} s")
     if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
-        least = f"{_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
-        raise InputError(
-            f"period must be at least {least}, got {period:g} s; a smaller step helps too",
-            field="period",
-            value=period,
-        )
+        least = f"must be at least {_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
+        hint = "; a smaller step helps too"
+        raise wrong("period", least, period, hint, got=f"{period:g} s")
 
 
 def sensor_noise(settings: FlightSettings, count: int) -> list[list[float]] | None:
