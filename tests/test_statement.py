@@ -182,6 +182,14 @@ def test_one_number_that_differs_drops_the_statement(
         ({"waypoints": [("x", 0)]}, "the stated request is wrong: waypoints"),
         ({"period": 2.0}, "the stated request has period = 2.0, the stated motion"),
         ({"law": "equal-time"}, "the stated request has law = 'equal-time'"),
+        ({"thrust2": 1e-3}, "row 5 has thrust2 = "),
+        ({"vehicle": "padova"}, "the stated request has vehicle = 'padova'"),
+        ({"color": "blue"}, "has the color 'blue', the stated motion has red"),
+        ({"sign": "negative"}, "has the sign 'negative', which R"),
+        (
+            {"keep_out": [[(-0.5, 0.6), (-0.3, 0.6), (-0.3, 0.8)]]},
+            "leaves the polygons",
+        ),
     ],
 )
 def test_what_follows_from_the_motion_is_compared_with_it(
@@ -192,7 +200,7 @@ def test_what_follows_from_the_motion_is_compared_with_it(
     columns = dict(table.columns)
     request = dict(table.about["request"])
     for name, value in edit.items():
-        if name == "R":
+        if name in ("R", "thrust2"):
             columns[name] = columns[name] + value * (np.arange(21) == 4)
         elif name == "types":
             columns[name] = [*columns[name][:4], value, *columns[name][5:]]

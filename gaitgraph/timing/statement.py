@@ -28,6 +28,7 @@ from gaitgraph.gait.table import (
     Table,
     colors_of,
     even_times,
+    hover_thrust_columns,
     own_angles,
     surface_of,
     wrong_times,
@@ -35,6 +36,7 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface.sheets import color_codes
+from gaitgraph.surface.region import Zones
 from gaitgraph.timing.joining import joined_again
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.time_optimal import timed_by_law
@@ -107,11 +109,17 @@ def _stated_motion(
     surface = surface_of(table)  # wrong constants are an error, and no difference
     try:
         motion = _motion_of(table, surface, samples, period, limits)
-    except (GaitgraphError, LookupError, TypeError, ValueError) as error:
+    except (
+        GaitgraphError,
+        ArithmeticError,
+        LookupError,
+        TypeError,
+        ValueError,
+    ) as error:
         return None, f"the stated motion cannot be made: {error}"
     try:
         difference = _difference_from_request(table, motion)
-    except (InputError, ValueError) as error:
+    except (InputError, TypeError, ValueError) as error:
         difference = f"the stated request is wrong: {error}"
     return motion, difference or _first_difference(table, motion)
 
@@ -185,9 +193,15 @@ def _first_difference(table: Table, motion: TimedGait) -> str:
     difference = ""
     at_rows = motion.at(motion.t)
     R = np.asarray(level_determinant(at_rows.alpha, motion.gait.coefficients))
-    groups = zip(
-        (ANGLES, RATES, ACCELERATIONS, ("R",)), (*at_rows, R[:, None]), strict=True
-    )
+    thrusts = hover_thrust_columns(at_rows.alpha, motion.gait.vehicle)
+    groups = [
+        (ANGLES, at_rows.alpha),
+        (RATES, at_rows.rates),
+        (ACCELERATIONS, at_rows.accelerations),
+        (("R",), R[:, None]),
+    ]
+    if thrusts:
+        groups.append((THRUSTS, np.column_stack([*thrusts.values()])))
     for names, values in groups:
         scale = _ROUND_OFF * (1.0 + np.abs(values).max())
         for name, expected in zip(names, values.T, strict=True):
@@ -211,21 +225,36 @@ def _first_difference(table: Table, motion: TimedGait) -> str:
 
 
 def _difference_from_request(table: Table, motion: TimedGait) -> str:
-    """Return how the stated request differs from the motion beside it, "" if it does not: its timing, its waypoints."""
+    """Return how the stated request differs from the motion beside it, "" if it does not.
+
+    Compared are its timing, vehicle, coefficients, color, sign of R, polygons and waypoints.
+    """
     about = table.about
     request = about.get("request")
     if not isinstance(request, dict):
         return ""
+    names = ["vehicle", "coefficients"]
     if about.get("law") in LAWS:
-        for name in ("period", "law", "samples"):
-            if request.get(name, about[name]) != about[name]:
-                return (
-                    f"the stated request has {name} = {shown(request[name])}, the stated motion has "
-                    f"{shown(about[name])}"
-                )
+        names += ["period", "law", "samples"]
+    for name in names:
+        if request.get(name, about.get(name)) != about.get(name):
+            return (
+                f"the stated request has {name} = {shown(request[name])}, the stated motion has "
+                f"{shown(about.get(name))}"
+            )
+    gait = motion.gait
+    color, sign = (request.get(name, "auto") for name in ("color", "sign"))
+    if color not in ("auto", gait.color):
+        return f"the stated request has the color {shown(color)}, the stated motion has {gait.color}"
+    wanted = -1.0 if sign == "negative" else 1.0
+    if sign != "auto" and (wanted * gait.R < 0).any():
+        return f"the stated request has the sign {shown(sign)}, which R of the stated motion has not"
+    zones = Zones(**{name: request.get(name, ()) for name in ("keep_out", "keep_in")})
+    plane, ends = gait.alpha[:, :2], gait.ends[:, :2]
+    if not zones.allow_segments(plane, ends).all():
+        return "the stated motion leaves the polygons of the stated request"
     waypoints = angles_from(request.get("waypoints", []), "waypoints").reshape(-1, 2)
-    corners = motion.gait.alpha[:, :2]
-    loop = shapely.LineString(np.vstack([corners, corners[:1]]))
+    loop = shapely.LineString(np.vstack([plane, plane[:1]]))
     off = shapely.distance(shapely.points(waypoints), loop)
     if (off > _MISSED + (motion.stated_rounding or 0.0)).any():
         number = int(np.argmax(off)) + 1
