@@ -795,9 +795,10 @@ def _check_axes(vehicle: Vehicle) -> None:
     force, moment, _ = rotor_columns(
         vehicle.scaled_positions, vehicle.scaled_drags, vehicle.spin_signs, vehicle.axes
     )
-    if np.abs(force[:, 2]).max() < _NONE:
+    lifts = np.maximum(thrust_axes[:, 2], np.abs(sideways))
+    if lifts.max() < _NONE:
         raise InputError(
-            "vehicle must lift, got thrusts that are horizontal at all tilt angles",
+            "vehicle must lift with tilts within ±90°, got thrust_axes with which no rotor thrusts upwards",
             field="vehicle",
         )
     about, sizes, _ = np.linalg.svd(np.concatenate([*moment], axis=1))
@@ -935,7 +936,8 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     """
     if isinstance(constants, dict) and "rotor" in constants:
         raise InputError(
-            "vehicle must be four arms with common constants, got rotors, which validate alone judges",
+            "vehicle must state its rotors by rotor_positions, tilt_axes, thrust_axes, drag_to_thrust and spins, got a "
+            "list of rotors, which validate alone judges; of four that tilt gaitgraph vehicles --from FILE prints these",
             field="vehicle",
         )
     if isinstance(constants, dict):
@@ -1003,6 +1005,12 @@ def vehicle_named(vehicle: VehicleLike | IO[Any]) -> Vehicle:
     if is_stream(vehicle):
         return from_toml_file(vehicle, "vehicle", vehicle_from_mapping)
     if not isinstance(vehicle, Path) and not str(vehicle).lower().endswith(".toml"):
+        if str(vehicle).lower().endswith((".urdf", ".xml", ".params")):
+            raise InputError(
+                f"vehicle must be a .toml file, which gaitgraph vehicles --from {vehicle} prints, got {shown(vehicle)}",
+                field="vehicle",
+                value=vehicle,
+            )
         return vehicle_from_mapping({"preset": vehicle})
     path = Path(vehicle)
 

@@ -71,8 +71,7 @@ def test_it_is_the_invertible_root_with_its_thrusts(vehicle: gg.Vehicle) -> None
 
     # R is the product of the forms ρ and λ over the lengths of U3 and U4, up to one constant.
     u1, u2 = (np.stack([np.cos(x), np.sin(x)], axis=-1) for x in plane.T)
-    lift = np.einsum("ab,na,nb->n", sheet.lift, u1, u2)
-    contact = np.einsum("abcd,na,nb,nc,nd->n", sheet.contact, u1, u2, u1, u2)
+    lift, contact = sheet.factors_of_R(*plane.T)
     U = np.einsum("abkc,na,nb->nkc", sheet.opposite, u1, u2)
     factors = lift * contact / np.linalg.norm(U, axis=-1).prod(axis=-1)
     ratios = factors * np.prod(np.sign(U[:, :, 0]), axis=1) / v[:, 2]
@@ -163,11 +162,9 @@ def test_borders_are_where_angles_and_forms_say(vehicle: gg.Vehicle) -> None:
         assert separation(red, singular) < 1e-5
     # Between contacts the two roots are apart: signs of λ change at contacts alone.
     for angle, met in zip(first[:6], contacts[:6], strict=True):
-        u1 = np.array([math.cos(angle), math.sin(angle)])
 
-        def contact(second: float, u1: np.ndarray = u1) -> float:
-            u2 = np.array([math.cos(second), math.sin(second)])
-            return float(np.einsum("abcd,a,b,c,d->", sheet.contact, u1, u2, u1, u2))
+        def contact(second: float, first: float = angle) -> float:
+            return float(sheet.factors_of_R(first, second)[1])
 
         grid = np.linspace(-math.pi / 2, math.pi / 2, 400)
         values = np.array([contact(x) for x in grid])

@@ -353,6 +353,35 @@ def test_hover_thrusts_of_six_rotors(
     assert value == pytest.approx(0.0587, abs=1e-3) or not report
 
 
+def test_a_list_of_four_rotors_is_printed_as_a_vehicle_that_plans(
+    run: Any, tmp_path: Path
+) -> None:
+    lines = []
+    for x, y, ratio in ((15, 20, -1), (-15, 24, 1), (-15, -24, -1), (15, -20, 1)):
+        lines += ["[[rotor]]", f"position = [{x / 100}, {y / 100}, 0.0]"]
+        lines += [f"tilt_axis = [{x}, {y}, 0]", f"moment_ratio = {ratio * 0.016}"]
+    lines.append('tilt_range = ["-60deg", "60deg"]')  # of the last one alone
+    rotors, vehicle = tmp_path / "rotors.toml", tmp_path / "four.toml"
+    rotors.write_text("\n".join(lines), encoding="utf-8")
+    waypoints = ["--waypoint=-0.3,0.3", "--waypoint=-0.6,0.5"]
+    refused = run("plan", *waypoints, "--vehicle", rotors)
+    assert (refused.code, "vehicles --from FILE prints these" in refused.err) == (
+        2,
+        True,
+    )
+    refused = run("plan", *waypoints, "--vehicle", "robot.urdf")
+    assert (refused.code, "vehicles --from robot.urdf prints" in refused.err) == (
+        2,
+        True,
+    )
+    vehicle.write_text(run("vehicles", "--from", rotors).out, encoding="utf-8")
+    assert run("plan", *waypoints, "--vehicle", vehicle).code == 0
+    read = gg.vehicle_named(str(vehicle))
+    assert read.tilt_range is not None
+    assert read.tilt_range[3] == pytest.approx((-math.pi / 3, math.pi / 3))
+    assert read.tilt_range[0][1] > 3.14
+
+
 def test_four_arms_are_judged_alike() -> None:
     for gait in (3, 4):
         alpha = gg.gait_of(f"gait{gait}").alpha
@@ -374,7 +403,7 @@ def test_four_arms_are_judged_alike() -> None:
 
 WRONG = {
     "vehicles --from no.urdf": "file 'no.urdf' cannot be read",
-    "vehicles --from text.xml": "file 'text.xml': it must be URDF (<robot>), MJCF (<mujoco>) or parameters of PX4",
+    "vehicles --from text.xml": "file 'text.xml': it must be URDF (<robot>), MJCF (<mujoco>), parameters of PX4",
     "vehicles --from broken.urdf": "file 'broken.urdf': the physics engine cannot read it (",
     "vehicles --from armless.urdf": "it must have arms",
     "vehicles --from empty.urdf": "tilt range of rotor 1 must be two increasing angles, got 1, -1",

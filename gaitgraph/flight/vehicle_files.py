@@ -42,6 +42,7 @@ _COMPILER = {
     "boundinertia": "1e-12",
 }
 _UP = np.array([0.0, 0.0, 1.0])
+_MOST_TILT = 3.1415926  # below π with the digits that are printed [rad]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,9 +119,11 @@ def read_description(path: str | Path) -> Description:
             found = _read_model(path, text)
         elif "CA_ROTOR" in text:
             found = _read_px4(text)
+        elif path.suffix.lower() == ".toml":
+            found = _read_rotors(path)
         else:
             raise InputError(
-                "it must be URDF (<robot>), MJCF (<mujoco>) or parameters of PX4 (CA_ROTOR0_PX …)"
+                "it must be URDF (<robot>), MJCF (<mujoco>), parameters of PX4 (CA_ROTOR0_PX …) or rotors (.toml)"
             )
         for number, rotor in enumerate(found.rotors, start=1):
             low, high = rotor.get("tilt_range", (-1.0, 1.0))
@@ -214,6 +217,29 @@ def _read_px4(text: str) -> _File:
             rotor["thrust_axis"] = [x, -y, -stated.get(f"{own}AZ", -1.0)]
         rotors.append(rotor)
     return _File(rotors, {}, [None] * count, [])
+
+
+def _read_rotors(path: Path) -> _File:
+    """Return the rotors of a TOML file with a list of them."""
+    geometry = from_toml_file(path, "vehicle", geometry_from_mapping)
+    columns = zip(
+        geometry.position,
+        geometry.moment_ratio,
+        geometry.thrust_axis,
+        geometry.tilt_axis,
+        geometry.tilt_range,
+        strict=True,
+    )
+    rotors = []
+    for position, ratio, thrust, tilt, limits in columns:
+        rotor: dict[str, Any] = {"position": position, "moment_ratio": ratio}
+        rotor["thrust_axis"] = thrust
+        if tilt.any():
+            rotor["tilt_axis"] = tilt
+        if np.isfinite(limits).all():
+            rotor["tilt_range"] = limits
+        rotors.append(rotor)
+    return _File(rotors, {}, [None] * len(rotors), [])
 
 
 def _read_model(path: Path, text: str) -> _File:
@@ -438,9 +464,11 @@ def _four_arms(
             f"tilt axes of rotors {which} of the file point inward: their angles have the other sign there"
         )
     if any("tilt_range" in arm for arm in arms):
-        ranges = np.array([arm.get("tilt_range", [-math.pi, math.pi]) for arm in arms])
+        ranges = np.array(
+            [arm.get("tilt_range", [-_MOST_TILT, _MOST_TILT]) for arm in arms]
+        )
         ranges[inward] = -ranges[inward, ::-1]
-        low, high = np.clip(ranges, -math.pi, math.pi).T
+        low, high = np.clip(ranges, -_MOST_TILT, _MOST_TILT).T
         constants["max_tilt"] = _one_or_four(high)
         if np.abs(low + high).max() > 1e-9:
             constants["min_tilt"] = _one_or_four(low)

@@ -28,7 +28,10 @@ from gaitgraph.invertibility.forms import (
     level_of,
     rotors_of,
 )
-from gaitgraph.invertibility.matrices import least_singular_value_on_red
+from gaitgraph.invertibility.matrices import (
+    hover_thrust_shares,
+    least_singular_value_on_red,
+)
 from gaitgraph.tolerances import IDLE_SHARE, ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -673,6 +676,8 @@ def segments_fly(
 ) -> BoolArray:
     """Return whether segments on red where R keeps its sign meet the physics along their whole length, shape (m,)."""
     flies = thrusts_push_up(starts, ends, vehicle)
+    # Rotors whose thrust axes lean may all pull where they are of one sign.
+    flies &= (hover_thrust_shares(starts, vehicle) > 0).all(axis=1)
     if vehicle.tilt_range is not None:
         least, most = np.array(vehicle.tilt_range).T
         flies &= (np.minimum(starts, ends) >= least - ROUND_OFF).all(axis=1)

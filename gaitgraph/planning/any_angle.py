@@ -236,6 +236,8 @@ def _separated(branch: Branch, region: Region, ends: Sequence[int]) -> Refusal:
         if part is not None:
             sizes.append(f"{region.components[part].area:.3g}")
     wall = "the border: move one"
+    if branch.is_curved:  # in squares a narrow passage is closed
+        wall = f"the border, which is known to {region.accuracy:g} rad: try the method grid, or move one"
     if branch.request.zones is not None:
         wall = "keep_out or keep_in: move these or one"
     parts = f"which lie in parts of {' and '.join(sizes)} rad²"

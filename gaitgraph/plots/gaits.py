@@ -36,7 +36,7 @@ from gaitgraph.robustness.biased import Robustness, RobustnessReport, robustness
 from gaitgraph.robustness.comparing import Comparison
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region, Requirement, Zones
-from gaitgraph.surface.sheets import RELATION, red_label
+from gaitgraph.surface.sheets import RELATION, sheet_angles
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.report import Report
@@ -599,7 +599,9 @@ def _draw_region(
         if vehicle is not None:
             inside = part.representative_point()
             face, relation = base.NEGATIVE, "$R<0$"
-            if red_label(inside.x, inside.y, vehicle).prod() > 0:
+            opposite = sheet_angles("red", inside.x, inside.y, "exact", vehicle=vehicle)
+            alpha = [inside.x, inside.y, *map(float, opposite)]
+            if matrices.level_determinant(alpha, "exact", vehicle=vehicle) > 0:
                 face, relation = base.POSITIVE, "$R>0$"
         label = f"{use}, {relation}" if use else None
         look = {"facecolor": face, "edgecolor": base.GREY, "linewidth": 0.5}
@@ -614,7 +616,10 @@ def _draw_gait_on_map(ax: Axes, gait: Gait, zones: Zones | None = None) -> str:
         sign = "positive"
     elif gait.R.max() < 0:
         sign = "negative"
-    words = _draw_map(ax, gait.vehicle, gait.color, sign, gait.coefficients, zones)
+    color = gait.color
+    if gait.vehicle.asymmetry is not None:
+        color = "red"
+    words = _draw_map(ax, gait.vehicle, color, sign, gait.coefficients, zones)
     label = f"gait, {gait.sheet_in_words}"
     gait_loop(gait, label=label, width=2.2, ax=ax)
     end = max(HALF_PI, float(np.abs(gait.alpha[:, :2]).max()))
@@ -648,6 +653,8 @@ def _draw_map(
             accuracy=_COARSE,
         )
         words = f"shaded: where a {color} gait"
+        if vehicle.asymmetry is not None:
+            words = "shaded: where a gait"
         if sign is not None:
             words += f" with {RELATION[sign]}"
         words += f" is {require}"

@@ -22,6 +22,7 @@ from gaitgraph.invertibility.error_margins import servo_margins_found
 from gaitgraph.plots import axes as base
 from gaitgraph.surface import sheets
 from gaitgraph.surface.blocks import directions, roll_block, yaw_block
+from gaitgraph.surface.curved import curved_sheet
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -415,15 +416,20 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
 
 
 def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
-    """Draw where R = 0 on the red sheet: where the determinant of one of the two blocks vanishes."""
-    u = directions(_FINE_AXIS)
+    """Draw where R = 0 on the red or curved sheet: where the determinant of a block, or a factor of R, vanishes."""
+    if vehicle.asymmetry is None:
+        u = directions(_FINE_AXIS)
+        blocks = (roll_block(vehicle), yaw_block(vehicle))
+        factors = [u.T @ block.form @ u for block in blocks]
+    else:
+        sheet = curved_sheet(vehicle)
+        factors = [*sheet.factors_of_R(_FINE_AXIS[:, None], _FINE_AXIS)]
     look: dict[str, Any] = {"linewidths": 1.4, "zorder": 4}
-    for block in (roll_block(vehicle), yaw_block(vehicle)):
-        values = (u.T @ block.form @ u).T
+    for values in factors:
         ax.contour(
             _FINE_AXIS,
             _FINE_AXIS,
-            values,
+            values.T,
             levels=[0.0],
             colors="black",
             **look,

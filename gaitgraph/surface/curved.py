@@ -140,6 +140,16 @@ class CurvedSheet(Record):
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(inputs / _bilinear(self.lift, u1, u2)[..., None])
 
+    def factors_of_R(
+        self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return ρ and λ, the factors of R that vanish where it does, both of shape (...)."""
+        u1, u2 = _directions_of(alpha1), _directions_of(alpha2)
+        contact = np.einsum(
+            "abcd,...a,...b,...c,...d->...", self.contact, u1, u2, u1, u2
+        )
+        return _bilinear(self.lift, u1, u2), np.asarray(contact)
+
     def tilt_border(self, rotor: int, tilt: float) -> FloatArray:
         """Return the form in u1 and u2 that is zero where rotor 3 or 4 is at a tilt [rad], modulo π, shape (2, 2)."""
         table = self.opposite[:, :, rotor - 3]

@@ -276,6 +276,8 @@ def hover_thrust(
         place = segments.place(*brackets.shares[0].worst()[2:])
         if not low > 0:  # it may be no number
             refusal = "a rotor may have to idle to hover along the curve: keep away from β1 = 0 and β2 = 0"
+            if criteria.vehicle.asymmetry is not None:
+                refusal = f"hover thrusts may fall to {figure(low)} of m·g: keep away from there"
     if refusal:
         found = check_of(
             "hover_thrust",
