@@ -35,8 +35,8 @@ from gaitgraph.gait.table import (
     wrong_types,
 )
 from gaitgraph.invertibility.matrices import level_determinant
-from gaitgraph.surface.sheets import color_codes
 from gaitgraph.surface.region import Zones
+from gaitgraph.surface.sheets import color_codes
 from gaitgraph.timing.joining import joined_again
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.time_optimal import timed_by_law
