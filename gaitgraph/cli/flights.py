@@ -146,7 +146,7 @@ def fly_command(
                 timed, attitude=attitude, settings=flight_settings, anyway=anyway
             )
         warnings = list(flight.warnings)
-        if outputs and flight.refused:
+        if outputs and not len(flight.rows):
             not_written = ", ".join(outputs)
             warnings.append(f"nothing was flown, so {not_written} is not written")
             outputs = ()

@@ -81,7 +81,7 @@ def plot_flight(
         ax.set(ylabel=panel.label, xlim=(0.0, end))
         ax.grid(True)
         base.legend_above(ax, columns=panel.columns)
-        if flight.refused:
+        if not len(flight.rows):
             base.draw_note(ax, "nothing flown")
         elif len(flight.course.sections) > 1:
             _mark_phases(ax, flight, end, named=ax is axes[0])
