@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI, checked_number, percent, whole_number
+from gaitgraph.angles import HALF_PI, checked_number, is_list, percent, whole_number
 from gaitgraph.errors import InputError, shown as shown_value, wrong
 from gaitgraph.flight.flight import Flight
 from gaitgraph.gait.gait import Gait
@@ -86,7 +86,7 @@ def gait_loop(
     `angles` are two of 1 to 4, `label` is the text in a legend, `width` is in points. With `band` the loop is a pale
     band below all marks, for a map with labels. `ax` are axes such as those of :func:`type_map`; by default new ones.
     """
-    if angles not in permutations((1, 2, 3, 4), 2):
+    if not is_list(angles) or tuple(angles) not in permutations((1, 2, 3, 4), 2):
         raise wrong("angles", "must be a pair of different ones of 1 to 4", angles)
     checked_number("width", width)
     gait = given_gait(gait).gait
