@@ -129,25 +129,26 @@ class Robustness(Record):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values for JSON; angles without `_deg` in radians."""
-        margin, acceptable = self.tilt_margin, self.acceptable
+        acceptable = self.acceptable
         curves = []
         for place, curve in self.curves:
             x, y, z = curve.normal.tolist()
             numbers = {"R_theta": 0.0 - x, "R_phi": y, "R": z, "kind": curve.kind}
             points = curve.points(_POINTS_OF_A_CURVE).tolist()
-            branches = [points] if points else []
-            curves.append({**place.as_mapping(), **numbers, "branches": branches})
-        head: dict[str, Any] = {}
+            numbers["branches"] = [points] if points else []
+            curves.append(place.as_mapping() | numbers)
+        answer: dict[str, Any] = {}
         if self.scaling != "none":
-            head = {"eta": self.factor, "scaling": self.scaling}
-        direction = self.direction
+            answer = {"eta": self.factor, "scaling": self.scaling}
+        margin = self.tilt_margin
+        if margin is not None:
+            margin = math.degrees(margin)
         outline = shapely.get_coordinates(acceptable.polygon.simplify(1e-3))
-        return {
-            **head,
-            "tilt_margin_deg": None if margin is None else math.degrees(margin),
+        answer |= {
+            "tilt_margin_deg": margin,
             "tilt_margin_reason": self.margin.reason or None,
             "tilt_margin_where": self.where.as_mapping(),
-            "nearest_singular_attitude": None if direction is None else [*direction],
+            "nearest_singular_attitude": self.direction and list(self.direction),
             "verdict": self.verdict,
             "acceptable_fraction": acceptable.fraction,
             "acceptable_fraction_error": acceptable.error,
@@ -160,27 +161,29 @@ class Robustness(Record):
             "least_singular_value_where": self.singular_where.as_mapping(),
             "least_singular_value_attitude": list(self.singular_attitude),
             "floor": self.floor,
-            **self._error_margins(),
-            "singular_curves": curves,
         }
+        return answer | self._error_margins() | {"singular_curves": curves}
 
     def _error_margins(self) -> dict[str, Any]:
         """Return the margins of servos and drags as plain values."""
         answer: dict[str, Any] = {}
-        for name, unit, margin in (
-            ("servo_margin", "_deg", self.servo_margin),
-            ("drag_margin", "", self.drag_margin),
+        for name, unit, scale, margin in (
+            ("servo_margin", "_deg", math.degrees(1.0), self.servo_margin),
+            ("drag_margin", "", 1.0, self.drag_margin),
         ):
-            scale = math.degrees(1.0) if unit else 1.0
-            place = self.segments.place(margin.segment, margin.fraction)
-            found, reason = None, "no larger errors are searched"
+            found = None
+            where = None
+            reason = "no larger errors are searched"
             if margin.found is not None:
-                found, reason = scale * margin.found, margin.reason
+                found = scale * margin.found
+                place = self.segments.place(margin.segment, margin.fraction)
+                where = place.as_mapping()
+                reason = margin.reason
             answer |= {
                 f"{name}{unit}": scale * margin.proven,
                 f"{name}_found{unit}": found,
                 f"{name}_errors{unit}": (scale * margin.errors).tolist(),
-                f"{name}_where": None if found is None else place.as_mapping(),
+                f"{name}_where": where,
                 f"{name}_reason": reason,
             }
         return answer
@@ -210,9 +213,8 @@ class RobustnessReport(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values: `biased` for one η, `sweep` for any number."""
-        sweep = [one.as_mapping() for one in self.sweep]
-        return {
-            **self.gait.as_mapping(),
+        sweep = [scaled.as_mapping() for scaled in self.sweep]
+        return self.gait.as_mapping() | {
             "vehicle": self.vehicle.name,
             "coefficients": self.coefficients.kind,
             "biased": sweep[0] if len(sweep) == 1 else None,
@@ -229,11 +231,13 @@ class RobustnessReport(Pictured):
         value = f"least singular value within {math.degrees(self.gait.tilt):g}° of tilt"
         rows = [("", "tilt margin", "acceptable", value)]
         details = []
-        for one in (self.gait, *self.sweep):
-            rows.append((one.name, *one._texts, f"{one.singular_value[1]:.4f}"))
-            details.append(f"{one.name}: {one.verdict}")
-            lines_of_one = [*_details(one), *_error_margins_in_words(one)]
-            details += [f"  {line}" for line in lines_of_one]
+        for gait in (self.gait, *self.sweep):
+            margin, acceptable = gait._texts
+            least = f"{gait.singular_value[1]:.4f}"
+            rows.append((gait.name, margin, acceptable, least))
+            details.append(f"{gait.name}: {gait.verdict}")
+            about = _details(gait) + _error_margins_in_words(gait)
+            details += [f"  {line}" for line in about]
         lines += table_lines(rows, right={1, 2})
         return "\n".join(lines + details)
 
@@ -254,16 +258,15 @@ def _details(one: Robustness) -> list[str]:
     lines.append(_acceptable_in_words(one))
     lower, upper = one.singular_value
     if upper == 0:
-        return [
-            *lines,
-            f"some attitudes within {math.degrees(one.tilt):g}° of tilt are singular",
-        ]
+        tilt = math.degrees(one.tilt)
+        lines.append(f"some attitudes within {tilt:g}° of tilt are singular")
+        return lines
     worst = f"{one.singular_where}, {_attitude(one.singular_attitude)}"
     proven = math.floor(1e4 * lower) / 1e4  # rounded down, as a bound must be
-    return [
-        *lines,
-        f"least singular value {upper:.4f} (proven lower bound {proven:.4f}) at {worst}",
-    ]
+    lines.append(
+        f"least singular value {upper:.4f} (proven lower bound {proven:.4f}) at {worst}"
+    )
+    return lines
 
 
 def _acceptable_in_words(one: Robustness) -> str:
@@ -361,50 +364,51 @@ def robustness_of(
     factors += [("scaled", factor) for factor in checked_factors("scale", scale)]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
     segments, body = _closed_segments(gait, vehicle)
-    numbers = coefficients_of(body, "exact" if coefficients is None else coefficients)
+    numbers = coefficients_of(body, coefficients or "exact")
     if angle_rounding is None:
         rounding = _angle_error(segments.alpha, numbers)
     else:
         rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
-    asked = _Asked(
+    robustness_when = partial(
+        _robustness_when,
+        segments=segments,
         vehicle=body,
-        coefficients=numbers,
+        numbers=numbers,
         tilt=tilt,
         tolerance=tolerance,
         rounding=rounding,
         curves=curves,
         floor=checked_number("floor", floor),
     )
-    found = []
-    for scaling, factor in [*factors, ("none", 1.0)]:
+    sweep = []
+    for scaling, factor in factors:
         if progress is not None:
-            words = "itself" if scaling == "none" else f"{scaling} by {factor:g}"
-            progress(f"the gait {words}")
-        found.append(_robustness_of_one(segments, scaling, factor, asked))
-    *sweep, itself = found
+            progress(f"the gait {scaling} by {factor:g}")
+        sweep.append(robustness_when(scaling, factor))
+    if progress is not None:
+        progress("the gait itself")
     return RobustnessReport(
-        gait=itself, sweep=tuple(sweep), vehicle=body, coefficients=numbers
+        gait=robustness_when("none", 1.0),
+        sweep=tuple(sweep),
+        vehicle=body,
+        coefficients=numbers,
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Asked:
-    """What is asked of each gait: the arguments of :func:`robustness_of`, checked."""
-
-    vehicle: Vehicle
-    coefficients: Coefficients
-    tilt: float
-    tolerance: float
-    rounding: float
-    curves: int
-    floor: float
-
-
-def _robustness_of_one(
-    segments: Segments, scaling: Scaling, factor: float, asked: _Asked
+def _robustness_when(
+    scaling: Scaling,
+    factor: float,
+    *,
+    segments: Segments,
+    vehicle: Vehicle,
+    numbers: Coefficients,
+    tilt: float,
+    tolerance: float,
+    rounding: float,
+    curves: int,
+    floor: float,
 ) -> Robustness:
     """Return how robust the gait along some segments is when it is scaled."""
-    numbers, rounding = asked.coefficients, asked.rounding
     first_two = 1.0 if scaling == "biased" else factor
     of_each = np.array([first_two, first_two, factor, factor])
     moved = replace(segments, alpha=segments.alpha * of_each)
@@ -414,18 +418,18 @@ def _robustness_of_one(
     roll, pitch = nearest_singular_attitude(where.alpha, numbers).tolist()
     if margin.exists and not math.isnan(roll + pitch):
         direction = roll, pitch
-    value, singular_where, attitude = (0.0, 0.0), where, direction or (0.0, 0.0)
-    if margin.exists and margin.upper > asked.tilt:
-        value, singular_where, attitude = _least_singular_value(
-            moved, asked.tilt, asked.vehicle
-        )
+    value = (0.0, 0.0)
+    singular_where = where
+    attitude = direction or (0.0, 0.0)
+    if margin.exists and margin.upper > tilt:
+        value, singular_where, attitude = _least_singular_value(moved, tilt, vehicle)
     acceptable = acceptable_attitudes(
-        moved.starts, numbers, tolerance=asked.tolerance, angle_rounding=rounding
+        moved.starts, numbers, tolerance=tolerance, angle_rounding=rounding
     )
-    curves = [
-        (at, singular_curve(at.alpha, numbers, angle_rounding=rounding))
-        for at in _spread(moved, asked.curves)
-    ]
+    drawn = []
+    for place in _spread(moved, curves):
+        curve = singular_curve(place.alpha, numbers, angle_rounding=rounding)
+        drawn.append((place, curve))
     return Robustness(
         scaling=scaling,
         factor=factor,
@@ -433,14 +437,14 @@ def _robustness_of_one(
         where=where,
         direction=direction,
         acceptable=acceptable,
-        tilt=asked.tilt,
+        tilt=tilt,
         singular_value=value,
         singular_where=singular_where,
         singular_attitude=attitude,
-        curves=tuple(curves),
+        curves=tuple(drawn),
         segments=moved,
-        vehicle=asked.vehicle,
-        floor=asked.floor,
+        vehicle=vehicle,
+        floor=floor,
     )
 
 
@@ -460,7 +464,9 @@ def _angle_error(alpha: FloatArray, coefficients: Coefficients) -> float:
     if coefficients.rotors.asymmetry is not None:
         return 0.0
     far = float(sheet_distances(alpha, coefficients)[..., :2].min(axis=-1).max())
-    return far if far <= DEFAULT_TOLERANCE else 0.0
+    if far > DEFAULT_TOLERANCE:
+        return 0.0
+    return far
 
 
 def _least_singular_value(
@@ -489,7 +495,4 @@ def _spread(segments: Segments, count: int) -> list[GaitPoint]:
     fraction = np.minimum(
         (at - before[segment]) / np.maximum(size[segment], 1e-300), 1.0
     )
-    return [
-        segments.place(*one)
-        for one in zip(segment.tolist(), fraction.tolist(), strict=True)
-    ]
+    return list(map(segments.place, segment.tolist(), fraction.tolist()))

@@ -55,19 +55,18 @@ def comparison_of(
     [False, True]
     """
     check_kind("gaits", gaits, list, tuple)
-    options: dict[str, Any] = {
-        "vehicle": vehicle,
-        "coefficients": coefficients,
-        "period": period,
-    }
-    timed = tuple(timed_gait_of(gait, **options) for gait in gaits)
+    timed = []
+    own_names = []
+    for gait in gaits:
+        motion = timed_gait_of(
+            gait, vehicle=vehicle, coefficients=coefficients, period=period
+        )
+        timed.append(motion)
+        own_names.append(gait if isinstance(gait, str) else name_of(motion.gait))
     if names is None:
-        names = [
-            gait if isinstance(gait, str) else name_of(one.gait)
-            for gait, one in zip(gaits, timed, strict=True)
-        ]
+        names = own_names
     check_kind("names", names, list, tuple)
-    return Comparison(names=tuple(names), gaits=timed)
+    return Comparison(names=tuple(names), gaits=tuple(timed))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,8 +90,10 @@ class Comparison(Pictured):
     @cached_property
     def rows(self) -> tuple[dict[str, Any], ...]:
         """What is compared, by name, of each gait; None or NaN for what does not exist."""
-        named = zip(self.names, self.gaits, strict=True)
-        return tuple({"gait": name, **_numbers(timed)} for name, timed in named)
+        rows = []
+        for name, timed in zip(self.names, self.gaits, strict=True):
+            rows.append({"gait": name} | _numbers(timed))
+        return tuple(rows)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the rows as plain values, ready for JSON."""
@@ -118,12 +119,13 @@ class Comparison(Pictured):
             title = name.removesuffix("_deg").replace("_", " ")
             if name in _UNITS:
                 title += f" ({_UNITS[name]})"
-            lines.append([f"{title:<34}", *(_text(row[name]) for row in self.rows)])
+            values = [_text(row[name]) for row in self.rows]
+            lines.append([f"{title:<34}", *values])
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         texts = []
         for cells in lines:
-            pairs = zip(cells, widths, strict=True)
-            texts.append("  ".join(cell.ljust(width) for cell, width in pairs).rstrip())
+            padded = map(str.ljust, cells, widths)
+            texts.append("  ".join(padded).rstrip())
         refused = [row for row in self.rows if row["reason"]]
         texts += [f"{row['gait']} is not flyable: {row['reason']}" for row in refused]
         return "\n".join(texts)
