@@ -147,7 +147,9 @@ class Gait(Pictured):
         """The one color of all corners, "mixed", or None off the surfaces."""
         if not self.colors:
             return None
-        return self.colors[0] if len(set(self.colors)) == 1 else "mixed"
+        if len(set(self.colors)) > 1:
+            return "mixed"
+        return self.colors[0]
 
     @property
     def types(self) -> tuple[str, ...]:
@@ -155,10 +157,10 @@ class Gait(Pictured):
         if self.coefficients.rotors.asymmetry is not None:
             return ()
         codes = color_codes(self.colors)
-        pairs = types_at(
+        third, fourth = types_at(
             self.alpha[: len(codes)], codes, self.coefficients, self.crossing_tolerance
         )
-        return tuple(text_from_types(*pair) for pair in zip(*pairs, strict=True))
+        return tuple(map(text_from_types, third, fourth))
 
     @property
     def R(self) -> FloatArray:
@@ -172,7 +174,8 @@ class Gait(Pictured):
         """
         if len(self.alpha) == 1:
             return self
-        step, before = self.ends - self.alpha, np.arange(len(self.alpha)) - 1
+        step = self.ends - self.alpha
+        before = np.arange(len(self.alpha)) - 1
         changes: Any = False  # of color, to the next point, and from the one before
         changed: Any = False
         if self.color == "mixed":
@@ -183,39 +186,37 @@ class Gait(Pictured):
         size = np.sqrt((step * step).sum(axis=1, keepdims=True))
         kept = step.any(axis=1) | changes
         if not size.all() and not kept.all():
-            return self._reordered(np.flatnonzero(kept).tolist() or [0]).merged()
+            kept[0] |= not kept.any()
+            return self._reordered(np.flatnonzero(kept)).merged()
         unit = step / np.maximum(size, 1e-300)
         turn = unit - unit[before]
         corner = ((turn * turn).sum(axis=1) > SAME_ANGLE**2) | changes | changed
         corner[0] = True
         if corner.all() and not self.request:
             return self
-        return self._reordered(np.flatnonzero(corner).tolist())
+        return self._reordered(np.flatnonzero(corner))
 
     def reversed(self) -> Gait:
         """Return the gait run the other way from the same start."""
-        return self._reordered([0, *range(len(self.alpha) - 1, 0, -1)])
+        return self._reordered(-np.arange(len(self.alpha)))
 
     def started_at(self, corner: int) -> Gait:
         """Return the same loop started at another of its corners (0 ≤ corner < n)."""
-        n = len(self.alpha)
-        start = whole_number("corner", corner, 0, n - 1)
-        return self._reordered([*range(start, n), *range(start)])
+        start = whole_number("corner", corner, 0, len(self.alpha) - 1)
+        return self._reordered(np.roll(np.arange(len(self.alpha)), -start))
 
-    def _reordered(self, order: list[int]) -> Gait:
-        colors = tuple(self.colors[k] for k in order) if self.colors else ()
+    def _reordered(self, order: npt.NDArray[np.int64]) -> Gait:
+        colors = self.colors
+        if colors:
+            colors = tuple(np.array(colors)[order].tolist())
         return replace(self, alpha=self.alpha[order], colors=colors, request={})
 
     def biased(self, bias: float) -> Gait:
         """Return the gait with α3 and α4 scaled by η in (0, 1], equations (12) to (15); it leaves the surfaces."""
         checked_factor("bias", bias)
+        alpha = self.alpha * np.array([1, 1, bias, bias])
         colors = self.colors if bias == 1 else ()
-        return replace(
-            self,
-            alpha=self.alpha * np.array([1, 1, bias, bias]),
-            colors=colors,
-            request={},
-        )
+        return replace(self, alpha=alpha, colors=colors, request={})
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the corners of the loop, in order, shape (k, 4) [rad]; see :func:`vertices`."""
@@ -265,11 +266,9 @@ class Gait(Pictured):
         return f"<Gait: {self.sheet_in_words}, {self.size_text}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
-        low, high = float(self.R.min()), float(self.R.max())
+        signs = f"R {self.R.min():.3g}"
         if len(self.alpha) > 1:
-            signs = f"R {low:.3g} to {high:.3g} at its corners"
-        else:
-            signs = f"R {low:.3g}"
+            signs += f" to {self.R.max():.3g} at its corners"
         title = f"Gait, {self.sheet_in_words}: {self.size_text}, {signs}"
         return "\n".join([title, setting_line(self), "", *corner_lines(self)])
 
@@ -283,7 +282,10 @@ class Gait(Pictured):
     @property
     def size_text(self) -> str:
         """The number of corners and the length."""
-        return f"{len(self.alpha)} corner{'s' * (len(self.alpha) > 1)}, {self.length:.4f} rad around"
+        count = f"{len(self.alpha)} corners"
+        if len(self.alpha) == 1:
+            count = "1 corner"
+        return f"{count}, {self.length:.4f} rad around"
 
 
 def lift(
@@ -351,19 +353,20 @@ def setting_line(gait: Gait) -> str:
 
 
 def corner_lines(gait: Gait) -> list[str]:
-    """Return the first twelve corners of a gait as lines of a table."""
-    corners, types, most = len(gait.alpha), gait.types, 12
+    """Return the first corners of a gait as lines of a table."""
+    types = gait.types
     rows = [["corner", "α1", "α2", "α3", "α4"]]
-    rows += [
-        [str(number), *map(text_from_angle, angles)]
-        for number, angles in enumerate(gait.alpha[:most].tolist(), start=1)
-    ]
     if types:
-        for row, kind in zip(rows, ("types", *types), strict=False):
-            row.append(kind)
+        rows[0].append("types")
+    for number, angles in enumerate(gait.alpha[:_MOST_LISTED].tolist()):
+        row = [str(number + 1), *map(text_from_angle, angles)]
+        if types:
+            row.append(types[number])
+        rows.append(row)
     lines = table_lines(rows, right=range(5))
-    if corners > most:
-        lines.append(f"  … and {corners - most} more")
+    more = len(gait.alpha) - _MOST_LISTED
+    if more > 0:
+        lines.append(f"  … and {more} more")
     return lines
 
 
@@ -388,22 +391,13 @@ def points_on_sheets(
         opposite = sheet_of(coefficients.rotors).angles(a1, a2)
         continuous = np.unwrap(opposite, axis=0, period=math.pi)
         return np.column_stack([a1, a2, continuous])
-    if set(colors) == {
-        "red"
-    }:  # α3 = α1 and α4 = α2 within ±π/2; adding zero turns negative zeros into zeros
+    if set(colors) == {"red"}:
+        # Within ±π/2 α3 = α1 and α4 = α2; adding zero turns negative zeros into zeros.
         return np.array([a1, a2, a1 + 0.0, a2 + 0.0]).T
-    is_red = np.array([color == "red" for color in colors])
-    sheets = (
-        sheet_angles("red", a1, a2, coefficients),
-        sheet_angles("blue", a1, a2, coefficients),
-    )
-    return np.column_stack(
-        [
-            a1,
-            a2,
-            *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True)),
-        ]
-    )
+    red = sheet_angles("red", a1, a2, coefficients)
+    blue = sheet_angles("blue", a1, a2, coefficients)
+    a3, a4 = np.where(np.array(colors) == "red", red, blue)
+    return np.column_stack([a1, a2, a3, a4])
 
 
 def checked_factor(name: str, factor: object) -> float:
@@ -436,16 +430,14 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     points = Gait(alpha=alpha).alpha
     checked_number("tolerance", tolerance, "a number ≥ 0 (rad)")
     moves = np.abs(np.roll(points, -1, axis=0) - points).max(axis=1) > tolerance
-    points = points[moves] if moves.any() else points[:1]
+    moves[0] |= not moves.any()
+    points = points[moves]
     n = len(points)
     before = np.roll(points, 1, axis=0)
-    chord = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
-    share = ((points - before) * chord).sum(axis=1) / np.maximum(
-        (chord**2).sum(axis=1), 1e-300
-    )
-    off = np.linalg.norm(
-        points - before - np.clip(share, 0, 1)[:, None] * chord, axis=1
-    )
+    chord = np.roll(points, -1, axis=0) - before
+    size = np.maximum((chord**2).sum(axis=1), 1e-300)
+    share = np.clip(((points - before) * chord).sum(axis=1) / size, 0, 1)
+    off = np.linalg.norm(points - before - share[:, None] * chord, axis=1)
     bent = (off > tolerance) | (n == 1)
     # Two rows that cut a corner off, between sides with two more rows on each.
     sides = ~(
@@ -456,13 +448,14 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
         ahead = np.column_stack([first - points[k - 1], second - points[(k + 2) % n]])
         reach = np.linalg.lstsq(ahead * [1, -1], second - first)[0]
         ends = np.stack([first, second]) + reach[:, None] * ahead.T
-        if ((reach >= 0) & (reach <= 1)).all() and np.linalg.norm(
-            ends[1] - ends[0]
-        ) <= 10 * tolerance:
-            points[k], bent[(k + 1) % n] = ends.mean(axis=0), False
+        apart = np.linalg.norm(ends[1] - ends[0])
+        if ((reach >= 0) & (reach <= 1)).all() and apart <= 10 * tolerance:
+            points[k] = ends.mean(axis=0)
+            bent[(k + 1) % n] = False
     return np.asarray(points[bent])
 
 
+_MOST_LISTED = 12  # corners
 _AROUND_3 = ((6, -6), (6, -2), (2, -2), (2, -6))
 # By number: the color, and the corners (α1, α2) in multiples of π/16.
 _LOOPS = {
@@ -492,7 +485,9 @@ def name_of(gait: Gait) -> str:
     """Return the name of a gait in pictures: "Gait 3", "Gait 3 biased by 0.8", or else its color."""
     if gait.vehicle.asymmetry is not None:
         return "Gait on a curved sheet"
-    rows = gait.vertices(1e-6) if len(gait.alpha) > 4 else gait.alpha
+    rows = gait.alpha
+    if len(rows) > 4:
+        rows = gait.vertices(1e-6)
     rows = rows[np.lexsort(rows[:, 1::-1].round(3).T)]
     for number in _LOOPS:
         known = paper_gait(number, gait.vehicle, gait.coefficients).alpha
@@ -501,8 +496,12 @@ def name_of(gait: Gait) -> str:
         if rows.shape == known.shape:
             eta = (rows * known)[:, 2:].sum() / (known[:, 2:] ** 2).sum()
         if eta > 0 and np.allclose(rows, known * [1, 1, eta, eta], atol=2e-3):
-            return f"Gait {number}" + (f" biased by {eta:.3g}" if eta < 0.998 else "")
-    return f"{gait.color.capitalize()} gait" if gait.color else "Gait on neither sheet"
+            if eta < 0.998:
+                return f"Gait {number} biased by {eta:.3g}"
+            return f"Gait {number}"
+    if gait.color is None:
+        return "Gait on neither sheet"
+    return f"{gait.color.capitalize()} gait"
 
 
 def printed_gait(number: int, coefficients: Coefficients) -> Gait:

@@ -101,7 +101,9 @@ class GivenGait:
     @property
     def table(self) -> Table | None:
         """The rows, if it was given as rows."""
-        return self.source if isinstance(self.source, Table) else None
+        if isinstance(self.source, Table):
+            return self.source
+        return None
 
     @property
     def repeats(self) -> bool:
@@ -169,21 +171,25 @@ class GivenGait:
             back = slice(-2, 0, -1)
             alpha = np.vstack([alpha, alpha[back]])
             colors += colors[back]
-            t = None if t is None else np.append(t, 2 * t[-1] - t[-2::-1])
+            if t is not None:
+                t = np.append(t, 2 * t[-1] - t[-2::-1])
         elif is_closed(alpha):
             alpha = alpha[:-1]
             colors = colors[: len(alpha)]
         elif t is not None:
             t = np.append(t, closing_time(t[0], t[-1], len(t)))
-        request = table.about.get("request")
+        request: dict[str, Any] = {}
+        stated = table.about.get("request")
         is_own = self.vehicle is None and self.coefficients is None
+        if is_own and isinstance(stated, dict):
+            request = dict(stated)
         gait = Gait(
             alpha=alpha,
             colors=colors,
             vehicle=vehicle,
             coefficients=numbers,
             crossing_tolerance=crossing,
-            request=dict(request) if is_own and isinstance(request, dict) else {},
+            request=request,
         )
         return Rows(gait, t)
 
@@ -248,7 +254,7 @@ def _given(
                 )
         return GivenGait(source=gait)
     if isinstance(gait, (str, Path)) and str(gait) in PAPER_GAITS:
-        body = vehicle_named(PAPER if vehicle is None else vehicle)
+        body = vehicle_named(vehicle or PAPER)
         numbers = coefficients_of(body, coefficients)
         return GivenGait(source=paper_gait(PAPER_GAITS[str(gait)], body, numbers))
     file = gait if isinstance(gait, (str, Path)) else None

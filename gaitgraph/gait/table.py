@@ -62,6 +62,8 @@ from gaitgraph.vehicle import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from gaitgraph.invertibility.forms import FloatArray
 
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
@@ -177,18 +179,23 @@ class Table(Pictured):
         lines = [f"Table: {', '.join(self._parts)}"]
         names = fill(", ".join(self.columns), 110, subsequent_indent="    ")
         lines.append(f"  columns: {names}")
-        return "\n".join([*lines, *(f"warning: {note}" for note in self.notes)])
+        lines += [f"warning: {note}" for note in self.notes]
+        return "\n".join(lines)
 
     @property
     def _parts(self) -> list[str]:
-        about, vehicle = self.about, self.about.get("vehicle")
+        about = self.about
         parts = [f"{len(self)} rows", f"{len(self.columns)} columns"]
         if isinstance(about.get("period"), float | int):
             parts.append(f"T = {about['period']:g} s")
         if isinstance(about.get("law"), str):
             parts.append(about["law"])
-        name = vehicle.get("name") if isinstance(vehicle, dict) else vehicle
-        return [*parts, f"vehicle {shown(name)}"] if isinstance(name, str) else parts
+        name = about.get("vehicle")
+        if isinstance(name, dict):
+            name = name.get("name")
+        if isinstance(name, str):
+            parts.append(f"vehicle {shown(name)}")
+        return parts
 
     @property
     def repeats(self) -> bool:
@@ -210,19 +217,19 @@ class Table(Pictured):
         stated = self.about.get("limits", {})
         if not isinstance(stated, dict):
             raise wrong("limits", "must be an object of numbers", stated)
-        found: dict[str, Each] = {}
+        limits: dict[str, Each] = {}
         for kind in RATE_UNITS.keys() & stated.keys():
             values = stated[kind]
             each = tuple(values) if isinstance(values, list) else (values,) * 4
-            if len(each) != 4 or not all(number_of(one) >= 0 for one in each):
+            if len(each) != 4 or not min(map(number_of, each)) >= 0:
                 raise wrong(
                     f"limits of {kind}",
                     "must be one or four numbers ≥ 0",
                     values,
                     field="limits",
                 )
-            found[kind] = each
-        return found
+            limits[kind] = each
+        return limits
 
     @property
     def rounding(self) -> float:
@@ -233,12 +240,11 @@ class Table(Pictured):
         stated = number_of(self.about.get("angle_rounding"))
         if not stated > 0:
             return 0.0
-        half_steps = [
-            float(self.half_units(name).max(initial=0.0))
-            for name in ANGLES
-            if name in self and self.digits.get(name, Digits()).steps
-        ]
-        return min(stated, max(half_steps, default=0.0))
+        half_step = 0.0
+        for name in ANGLES:
+            if name in self and self.digits.get(name, Digits()).steps:
+                half_step = float(self.half_units(name).max(initial=half_step))
+        return min(stated, half_step)
 
     def once(self) -> Table:
         """Return the table as a path that is run once, from its first row to its last.
@@ -250,8 +256,7 @@ class Table(Pictured):
         """
         if not self.repeats:
             return self
-        about = {key: one for key, one in self.about.items() if key not in _OF_GAITS}
-        return replace(self, about={**about, "repeats": False})
+        return replace(self, about=_without_gait(self.about) | {"repeats": False})
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()), ()))
@@ -265,45 +270,48 @@ class Table(Pictured):
     @property
     def alpha(self) -> FloatArray:
         """The four tilt angles of each row, shape (n, 4) [rad]."""
-        return read_only(np.array([self.columns[name] for name in ANGLES]).T)
+        return read_only(_side_by_side(self.columns, ANGLES))
 
     @property
     def units(self) -> dict[str, str]:
         """The unit of each column, in ASCII; "" for texts and unknown columns."""
         known = dict(_UNITS)
         servos = self.about.get("servos")
-        if isinstance(servos, dict) and isinstance(
-            servos.get("joint"), list
-        ):  # a servo table: its map states them
+        if isinstance(servos, dict) and isinstance(servos.get("joint"), list):
+            # A servo table: its map states them.
             known[str(servos.get("time", "t"))] = str(servos.get("time_unit", "s"))
             for joint in servos["joint"]:
                 if isinstance(joint, dict):
                     unit = str(joint.get("unit", "rad"))
                     known[f"{joint.get('name')}_thrust"] = "N"
-                    known |= {
-                        f"{joint.get('column')}{end}": unit + per
-                        for end, per in _DERIVED.items()
-                    }
+                    for end, per in _DERIVED.items():
+                        known[f"{joint.get('column')}{end}"] = unit + per
         return {name: known.get(name, "") for name in self.columns}
 
     def rows(self, start: int, stop: int) -> Table:
         """Return some consecutive rows, counted from 0."""
-        return replace(
-            self,
-            columns={name: values[start:stop] for name, values in self.columns.items()},
-        )
+        chosen = {name: values[start:stop] for name, values in self.columns.items()}
+        return replace(self, columns=chosen)
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it."""
         pd = pandas()
-        texts = {
-            name: pd.Series(list(self[name]), dtype="category")
-            for name in TEXTS
-            if name in self
-        }
-        frame = pd.DataFrame({**self.columns, **texts})
+        columns = dict(self.columns)
+        for name in TEXTS:
+            if name in self:
+                columns[name] = pd.Series(list(self[name]), dtype="category")
+        frame = pd.DataFrame(columns)
         frame.attrs["gaitgraph"] = provenance_of(self)
         return frame
+
+
+def _without_gait(about: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a table states, but for what only one period of a closed gait is made from."""
+    return {key: value for key, value in about.items() if key not in _OF_GAITS}
+
+
+def _side_by_side(columns: Mapping[str, Any], names: Sequence[str]) -> FloatArray:
+    return np.array([columns[name] for name in names]).T
 
 
 def surface_of(
@@ -428,12 +436,15 @@ def even_times(table: Table) -> FloatArray:
         seconds = table.about.get("period", seconds)
     step = seconds / max(len(t) - 1, 1)
     is_even = not wrong_times(table, step).any()
-    return t[0] + np.arange(len(t)) * step if is_even else t
+    if not is_even:
+        return t
+    return t[0] + np.arange(len(t)) * step
 
 
 def wrong_times(table: Table, step: float) -> npt.NDArray[np.bool_]:
     """Return which times of a table are not a whole number of even steps [s] after the first, rounded to their digits."""
-    t, half_units = table["t"], table.half_units("t")
+    t = table["t"]
+    half_units = table.half_units("t")
     late = t - t[0] - np.arange(len(t)) * step
     allowed = half_units + _ULPS * np.abs(t).max()
     if t[0] != 0 and np.ptp(late) < 1.999 * half_units.max():  # it is rounded too
@@ -482,7 +493,7 @@ def repeated(table: Table, periods: int) -> Table:
     t = table["t"]
     passed = np.repeat(np.arange(periods), len(t) - 1) * (t[-1] - t[0])
     columns["t"] = columns["t"] + np.append(0.0, passed)
-    about = {key: value for key, value in table.about.items() if key not in _OF_GAITS}
+    about = _without_gait(table.about)
     for name in ("period", "samples"):
         if name in about:
             about[name] *= periods
@@ -510,10 +521,11 @@ def note_on_ends(alpha: FloatArray) -> str:
 def warn_of_ends(table: Table, name: object = None) -> None:
     """Give the warning of :func:`note_on_ends` for a table that repeats, which names its file, `name`, if that is one."""
     angles = [table[angle] for angle in ANGLES if angle in table]
-    note = note_on_ends(np.array(angles).T) if table.repeats else ""
-    if note:
-        file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
-        warnings.warn(f"{file}{note}", FileWarning, stacklevel=3)
+    note = note_on_ends(np.array(angles).T)
+    if note and table.repeats:
+        if isinstance(name, (str, Path)):
+            note = f"gait file {str(name)!r}: {note}"
+        warnings.warn(note, FileWarning, stacklevel=3)
 
 
 def closing_time(start: float, end: float, rows: int) -> float:
@@ -523,14 +535,17 @@ def closing_time(start: float, end: float, rows: int) -> float:
 
 def wrong_types(table: Table, codes: npt.NDArray[np.int8]) -> npt.NDArray[np.bool_]:
     """Return which rows state plane types that contradict their colors."""
-    known = {text: types_from_text(text) for text in dict.fromkeys(table["types"])}
-    return types_contradict(np.array([known[text] for text in table["types"]]), codes)
+    texts, number = np.unique(table["types"], return_inverse=True)
+    types = np.array(list(map(types_from_text, texts.tolist())))
+    return types_contradict(types[number], codes)
 
 
 def colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
     """Return the color of the sheet that each point lies on, to within 2e-3 rad; none if one lies on none."""
     codes = colors_along(alpha, coefficients, DEFAULT_TOLERANCE)
-    return tuple(map(color_of, codes.tolist())) if codes.all() else ()
+    if not codes.all():
+        return ()
+    return tuple(map(color_of, codes.tolist()))
 
 
 def accelerations_of(table: Table) -> FloatArray:
@@ -540,13 +555,13 @@ def accelerations_of(table: Table) -> FloatArray:
     with these rates; at the ends of an open table it is over one step. Times that are even to their digits count as even.
     """
     if all(name in table for name in ACCELERATIONS):
-        return np.column_stack([table[name] for name in ACCELERATIONS])
-    rates = np.column_stack([table[name] for name in RATES])
-    change, step = np.diff(rates, axis=0), np.diff(even_times(table))[:, None]
-    before, after = (-1, 0) if table.returns else (0, -1)  # the first and the last row
-    changes, steps = (
-        np.concatenate([one[[before]], one, one[[after]]]) for one in (change, step)
-    )
+        return _side_by_side(table.columns, ACCELERATIONS)
+    rates = _side_by_side(table.columns, RATES)
+    change = np.diff(rates, axis=0)
+    step = np.diff(even_times(table))[:, None]
+    mode: Any = "wrap" if table.returns else "edge"
+    changes = np.pad(change, [(1, 1), (0, 0)], mode)
+    steps = np.pad(step, [(1, 1), (0, 0)], mode)
     return np.asarray((changes[:-1] + changes[1:]) / (steps[:-1] + steps[1:]))
 
 
@@ -565,8 +580,7 @@ def completed_table(
     """
     body, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     is_own = vehicle is None and coefficients is None
-    about = {**table.about, "vehicle": body.as_mapping()}
-    about["coefficients"] = numbers.kind
+    about = table.about | {"vehicle": body.as_mapping(), "coefficients": numbers.kind}
     if not is_own or not isinstance(about.get("request"), dict):
         about.pop("request", None)  # the request was for something else
     alpha, codes = lifted_rows(table, numbers)
@@ -581,19 +595,15 @@ def completed_table(
     else:
         columns["color"] = tuple(map(color_of, codes.tolist()))
         if "types" not in table or wrong_types(table, codes).any():
-            pairs = types_at(alpha, codes, numbers, crossing_tolerance)
-            columns["types"] = tuple(
-                text_from_types(*pair) for pair in zip(*pairs, strict=True)
-            )
+            third, fourth = types_at(alpha, codes, numbers, crossing_tolerance)
+            columns["types"] = tuple(map(text_from_types, third, fourth))
     if table.repeats:
         columns = _closed(columns, is_closed(alpha))
     if not all(name in table for name in RATES):
         columns |= _slopes(columns, table.repeats)
     for name in THRUSTS:
         columns.pop(name, None)
-    columns |= hover_thrust_columns(
-        np.column_stack([columns[name] for name in ANGLES]), body
-    )
+    columns |= hover_thrust_columns(_side_by_side(columns, ANGLES), body)
     columns = {name: columns[name] for name in ORDER if name in columns}
     completed = Table(columns=columns, about=about)
     if table.motion is None or not is_own:
@@ -618,14 +628,17 @@ def hover_thrust_columns(alpha: FloatArray, vehicle: Vehicle) -> dict[str, Float
 def _closed(columns: dict[str, Any], returned: bool) -> dict[str, Any]:
     """Return columns with the first row at the end, in place of a last row that repeats it."""
     t = columns["t"]
-    end = t[-1] if returned else closing_time(0.0, t[-1], len(t))
+    end = t[-1]
+    count = len(t) - 1
+    if not returned:
+        end = closing_time(0.0, t[-1], len(t))
+        count = len(t)
     closed: dict[str, Any] = {}
     for name, values in columns.items():
-        kept = values[:-1] if returned else values
         if isinstance(values, np.ndarray):
-            closed[name] = np.append(kept, values[0])
+            closed[name] = np.append(values[:count], values[0])
         else:
-            closed[name] = (*kept, values[0])
+            closed[name] = values[:count] + values[:1]
     closed["t"][-1] = end
     return closed
 

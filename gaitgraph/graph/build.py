@@ -44,6 +44,7 @@ from __future__ import annotations
 
 import json
 import math
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -58,6 +59,7 @@ from gaitgraph.errors import (
     wrong,
 )
 from gaitgraph.gait.gait import Gait, lift
+from gaitgraph.gait.table import ANGLES
 from gaitgraph.graph.edges import allowed_pairs, edge_attributes
 from gaitgraph.graph.nodes import (
     DEFAULT_DIVISIONS,
@@ -88,6 +90,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.surface.sheets import Sign
 
+_angles_of = itemgetter(*ANGLES)
 CONTRACT = "gaitgraph surface graph 1"
 _TOLERANCES = {"least_singular_value": 2e-5, "R": 2e-4, "servo_margin": 1e-6}
 
@@ -141,8 +144,8 @@ def surface_graph(
     nodes = roots_as_nodes(divisions, waypoints, wanted, coefficients, zones)
     pairs = allowed_pairs(nodes, divisions)
     if zones is not None and len(pairs):
-        starts, ends = (nodes.plane[numbers] for numbers in pairs.T)
-        pairs = pairs[zones.allow_segments(starts, ends)]
+        first, second = pairs.T
+        pairs = pairs[zones.allow_segments(nodes.plane[first], nodes.plane[second])]
     columns = edge_attributes(
         nodes,
         pairs,
@@ -167,9 +170,9 @@ def surface_graph(
     ids = list(nodes.ids())
     with_types = coefficients.rotors.asymmetry is None
     graph.add_nodes_from(zip(ids, nodes.attributes(with_types=with_types), strict=True))
-    values = zip(*(column.tolist() for column in columns.values()), strict=True)
-    for (a, b), of_edge in zip(pairs.tolist(), values, strict=True):
-        graph.add_edge(ids[a], ids[b], **dict(zip(columns, of_edge, strict=True)))
+    for number, (a, b) in enumerate(pairs.tolist()):
+        edge = {name: column[number].item() for name, column in columns.items()}
+        graph.add_edge(ids[a], ids[b], **edge)
     return graph
 
 
@@ -178,14 +181,13 @@ def nodes_above(
 ) -> list[list[Any]]:
     """Return the nodes above each waypoint (α1, α2), to within 1e-9 rad."""
     nodes = list(graph.nodes)
-    plane = np.array(
-        [[data["alpha1"], data["alpha2"]] for data in graph.nodes.values()]
-    ).reshape(-1, 2)
-    near = (
-        np.flatnonzero(np.abs(plane - point).max(axis=1) <= SAME_ANGLE)
-        for point in waypoints
-    )
-    return [[nodes[k] for k in above] for above in near]
+    places = list(map(itemgetter("alpha1", "alpha2"), graph.nodes.values()))
+    plane = np.reshape(places, (-1, 2))
+    above = []
+    for point in waypoints:
+        near = np.flatnonzero(np.abs(plane - point).max(axis=1) <= SAME_ANGLE)
+        above.append([nodes[k] for k in near])
+    return above
 
 
 def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
@@ -195,12 +197,12 @@ def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
     """
     vehicle, coefficients = vehicle_and_coefficients(graph)
     data = [graph.nodes[name] for name in nodes]
-    alpha = np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in data])
+    alpha = np.array(list(map(_angles_of, data)))
     if vehicle.asymmetry is not None:
         return lift(alpha[:, :2], "red", vehicle=vehicle)
     return Gait(
         alpha=alpha,
-        colors=tuple(node["color"] for node in data),
+        colors=tuple(map(itemgetter("color"), data)),
         vehicle=vehicle,
         coefficients=coefficients,
         crossing_tolerance=math.pi / (2 * metadata_of(graph)["divisions"]),
@@ -261,11 +263,8 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
             value=graph,
         )
     metadata = metadata_of(graph)
-    off_grid = {
-        name: data
-        for name, data in graph.nodes(data=True)
-        if str(name).startswith(WAYPOINT)
-    }
+    off_grid = [name for name in graph if str(name).startswith(WAYPOINT)]
+    places = [_place(graph.nodes[name]) for name in off_grid]
     try:
         vehicle, coefficients = vehicle_and_coefficients(graph)
         expected = surface_graph(
@@ -273,10 +272,7 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
             divisions=metadata["divisions"],
             vehicle=vehicle,
             coefficients=coefficients,
-            waypoints=[
-                [number_of(data.get(key)) for key in ("alpha1", "alpha2")]
-                for data in off_grid.values()
-            ],
+            waypoints=[place[1:3] for place in places],
             floor=metadata["floor"],
             servo_margins=metadata.get("servo_margins") is True,
         )
@@ -284,14 +280,15 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
         raise ContractError(f"graph metadata or waypoints: {error}") from error
     _compare("graph metadata", metadata, metadata_of(expected))
     # The number of a waypoint depends on those that are left: its nodes are found by their place.
-    at_waypoint = {
+    at_place = {
         _place(data): name
         for name, data in expected.nodes(data=True)
         if name.startswith(WAYPOINT)
     }
-    twins: dict[Any, Any] = {}
+    twins = {name: name for name in graph}
+    for name, place in zip(off_grid, places, strict=True):
+        twins[name] = at_place.get(place)
     for name, data in graph.nodes(data=True):
-        twins[name] = at_waypoint.get(_place(data)) if name in off_grid else name
         if twins[name] not in expected:
             raise ContractError(
                 f"node {name!r} must be a root at a grid node or waypoint, with the graph's sign of R"
@@ -305,9 +302,8 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
 
 
 def _place(data: dict[str, Any]) -> tuple[Any, ...]:
-    return data.get("color"), *(
-        round(number_of(data.get(f"alpha{k}")), 9) for k in range(1, 5)
-    )
+    angles = [round(number_of(data.get(key)), 9) for key in ANGLES]
+    return data.get("color"), *angles
 
 
 def _compare(where: str, stated: dict[str, Any], computed: dict[str, Any]) -> None:

@@ -70,7 +70,7 @@ class Cycle(ClosedWalk):
 
     @property
     def _edges(self) -> list[dict[str, Any]]:
-        closed = (*self.nodes, self.nodes[0])
+        closed = self.nodes + self.nodes[:1]
         return [self.surface.edges[pair] for pair in pairwise(closed)]
 
     @property
@@ -123,12 +123,10 @@ class Cycle(ClosedWalk):
         path = self.path.merged().alpha
         if not self.path.colors:  # a curved sheet has rows between corners
             path = vertices(path[:, [0, 1, 0, 1]])
-        corners = [
-            f"({text_from_angle(first)}, {text_from_angle(second)})"
-            for first, second, _, _ in path.tolist()
-        ]
-        length = f"{self.length:.4f} rad"
-        return f"{length}  {RELATION[self.sign]}  {self.color:<5}  {verdict:<9}  {' '.join(corners)}"
+        text = f"{self.length:.4f} rad  {RELATION[self.sign]}  {self.color:<5}  {verdict:<9} "
+        for first, second, _, _ in path.tolist():
+            text += f" ({text_from_angle(first)}, {text_from_angle(second)})"
+        return text
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the cycle as plain values, ready for JSON."""
@@ -207,16 +205,18 @@ def _cycles_up_to(
     import networkx as nx
 
     number = {name: k for k, name in enumerate(surface)}
-    ranks = nx.get_edge_attributes(usable, "rank")
-    through = [_paths_back(usable, *edge, rank) for edge, rank in ranks.items()]
+    through = [
+        _paths_back(usable, first, second, rank)
+        for first, second, rank in usable.edges(data="rank")
+    ]
     for cost, _, paths in merge(*through):
         if cost > most:
             return
         for path in sorted(paths, key=lambda path: [number[name] for name in path]):
             # The path leads from the second node of the cycle to the first.
-            length = nx.path_weight(usable, [path[-1], *path], "length")
+            length = nx.path_weight(usable, path[-1:] + path, "length")
             yield Cycle(
-                nodes=(path[-1], *path[:-1]),
+                nodes=tuple(path[-1:] + path[:-1]),
                 length=length / QUANTA_PER_RADIAN,
                 cost=cost / QUANTA_PER_RADIAN,
                 surface=surface,

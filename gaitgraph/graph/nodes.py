@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, is_list, number_of, whole_number
 from gaitgraph.errors import Advice, of_field, wrong
+from gaitgraph.gait.table import ANGLES
 from gaitgraph.invertibility.matrices import noise_of
 from gaitgraph.surface.sheets import root_arrays, text_from_types
 from gaitgraph.tolerances import SAME_ANGLE
@@ -51,10 +52,6 @@ class Nodes(NamedTuple):
         """The points (α1, α2), shape (n, 2) [rad]."""
         return self.alpha[:, :2]
 
-    def chosen(self, which: Any) -> Nodes:
-        """Return some of the nodes, by a mask or by their numbers."""
-        return Nodes(*(part[which] for part in self))
-
     def ids(self) -> Iterator[str]:
         """Yield the id of each node, as the contract of :mod:`gaitgraph.graph.build` has it."""
         numbers: dict[tuple[float, ...], int] = {}  # of waypoints, in their order
@@ -75,9 +72,7 @@ class Nodes(NamedTuple):
     def attributes(self, *, with_types: bool) -> Iterator[dict[str, Any]]:
         """Yield the attributes of each node; without types for a curved sheet, which has no planes."""
         for k, angles in enumerate(self.alpha.tolist()):
-            node: dict[str, Any] = {
-                f"alpha{number}": angle for number, angle in enumerate(angles, start=1)
-            }
+            node: dict[str, Any] = dict(zip(ANGLES, angles, strict=True))
             if with_types:
                 node["types"] = text_from_types(*self.types[k].tolist())
             node["color"] = "red" if self.red[k] else "blue"
@@ -98,7 +93,7 @@ def roots_as_nodes(
     """
     axis = grid_axis(divisions)[1:-1]
     off_grid = _off_grid(waypoints, axis)
-    on_grid = np.array([*product(range(1, divisions), repeat=2)])
+    on_grid = np.array(list(product(range(1, divisions), repeat=2)))
     plane = np.concatenate([axis[on_grid - 1], off_grid])
     cell = np.concatenate([on_grid, np.full(off_grid.shape, -1)])
 
@@ -112,18 +107,21 @@ def roots_as_nodes(
     if coefficients.kind == "exact":
         # On blue R = 0 there: floating-point noise is not a sign.
         usable &= roots.sheet > 0
+    if zones is not None:
+        usable &= zones.allow_points(plane)[:, None]
     point, root = np.nonzero(usable)
-    nodes = Nodes(
+    red = roots.sheet[point, root] > 0
+    is_off = cell[point, 0] < 0
+    order = np.lexsort((~red & ~is_off, is_off))
+    point = point[order]
+    root = root[order]
+    return Nodes(
         alpha=roots.alpha[point, root],
-        red=roots.sheet[point, root] > 0,
+        red=red[order],
         types=roots.types[point, root],
         R=roots.R[point, root],
         cell=cell[point],
     )
-    if zones is not None and len(nodes.alpha):
-        nodes = nodes.chosen(zones.allow_points(nodes.plane))
-    is_off = nodes.cell[:, 0] < 0
-    return nodes.chosen(np.lexsort((~nodes.red & ~is_off, is_off)))
 
 
 def _off_grid(waypoints: Any, axis: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, permutations, product
+from operator import itemgetter
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -71,14 +72,14 @@ def cost_function(
     The length by default. As in networkx an edge without a named attribute costs 1; InputError if no edge has it, if a
     cost is neither a number ≥ 0 nor None, or if it depends on the direction.
     """
+    import networkx as nx
+
     check_weight(weight)
     if weight is None:
         return lambda first, second, edge: float(edge["length"])
     if isinstance(weight, str):
         name = weight
-        if graph.size() and not any(
-            name in edge for *_, edge in graph.edges(data=True)
-        ):
+        if graph.size() and not nx.get_edge_attributes(graph, name):
             raise wrong(
                 "weight",
                 "must be the name of an edge attribute",
@@ -124,16 +125,18 @@ def usable_graph(
     import networkx as nx
 
     number = {name: k for k, name in enumerate(graph)}
+    names = list(graph)
     cost_of = cost_function(graph, weight)
-    edges = []
+    pairs = []
     for first, second, edge in graph.edges(data=True):
         if first != second and allowed(edge):
-            ends = sorted((first, second), key=number.__getitem__)
-            edges.append((*ends, edge))
-    edges.sort(key=lambda edge: (number[edge[0]], number[edge[1]]))
+            pairs.append(sorted([number[first], number[second]]))
     usable: nx.Graph[Any] = nx.Graph()
     usable.add_nodes_from(graph)
-    for rank, (first, second, edge) in enumerate(edges):
+    for rank, (a, b) in enumerate(sorted(pairs)):
+        first = names[a]
+        second = names[b]
+        edge = graph.edges[first, second]
         cost = cost_of(first, second, edge)
         if cost is None:
             continue
@@ -213,26 +216,28 @@ def closed_walk(
     paths = _Paths(graph, usable)
 
     # For each node of the first stop: the cheapest choice of a node for every other stop, leg by leg.
-    best: tuple[float, list[Any]] = (math.inf, [])
+    nowhere: tuple[float, list[Any]] = (math.inf, [])
+    best = nowhere
     for first in stops[0]:
         reached: dict[Any, tuple[float, list[Any]]] = {first: (0, [first])}
         for options in [*stops[1:], [first]]:
             following: dict[Any, tuple[float, list[Any]]] = {}
-            for option, (node, (so_far, chosen)) in product(options, reached.items()):
+            for option, node in product(options, reached):
+                so_far, chosen = reached[node]
                 total = so_far + paths.cost(node, option)
-                if total < following.get(option, (math.inf, []))[0]:
+                if total < following.get(option, nowhere)[0]:
                     following[option] = (total, [*chosen, option])
             reached = following
-        best = min(best, reached.get(first, best), key=lambda choice: choice[0])
+        best = min(best, reached.get(first, nowhere), key=itemgetter(0))
     cost, chosen = best
     if not chosen:
         return Blocked(leg=_blocked_leg(stops, paths))
     nodes = []
     for source, target in pairwise(chosen):
         nodes += paths.path(source, target)[:-1]
-    length = nx.path_weight(usable, [*nodes, chosen[0]], "length")
+    length = nx.path_weight(usable, nodes + chosen[:1], "length")
     return ClosedWalk(
-        nodes=tuple(nodes) or (chosen[0],),
+        nodes=tuple(nodes or chosen[:1]),
         length=length / QUANTA_PER_RADIAN,
         cost=cost / QUANTA_PER_RADIAN,
     )
@@ -269,7 +274,7 @@ def _best_worst_case(usable: nx.Graph[Any], stops: Sequence[Sequence[Any]]) -> f
         parts = nx.connected_components(kept)
         return not any(all(map(part.intersection, stops)) for part in parts)
 
-    levels: list[float] = sorted({0.0, math.inf, *values.values()})
+    levels: list[float] = sorted({0.0, math.inf} | set(values.values()))
     first_blocked = bisect_left(levels, True, key=is_blocked)
     return levels[max(first_blocked - 1, 0)]
 
@@ -279,10 +284,7 @@ class _Paths:
 
     def __init__(self, graph: nx.Graph[Any], usable: nx.Graph[Any]) -> None:
         self._usable = usable
-        self._place = {
-            name: complex(data["alpha1"], data["alpha2"])
-            for name, data in graph.nodes(data=True)
-        }
+        self._nodes = graph.nodes
         self._found: dict[Any, tuple[dict[Any, list[Any]], dict[Any, float]]] = {}
 
     def _from(self, source: Any) -> tuple[dict[Any, list[Any]], dict[Any, float]]:
@@ -309,23 +311,31 @@ class _Paths:
         steps: nx.DiGraph[Any] = nx.DiGraph()
         ahead = [target]
         for node in ahead:  # grows in the loop
-            new = [previous for previous in before[node] if previous not in steps]
-            steps.add_edges_from((previous, node) for previous in before[node])
-            ahead += new
+            for previous in before[node]:
+                if previous not in steps:
+                    ahead.append(previous)
+                steps.add_edge(previous, node)
         # A path over steps instead of nodes, so that an edge of the line graph is a turn or straight on.
         starts = list(steps.out_edges(source))
-        found: Any = nx.multi_source_dijkstra(
+        shortest: Any = nx.multi_source_dijkstra(
             nx.line_graph(steps), starts, weight=self._cost_of_a_step
         )
-        costs, ways = found
+        costs, ways = shortest
         last = min(steps.in_edges(target), key=costs.__getitem__)
-        return [source, *(node for _, node in ways[last])]
+        return [source] + [node for _, node in ways[last]]
+
+    def _place(self, node: Any) -> complex:
+        data = self._nodes[node]
+        return complex(data["alpha1"], data["alpha2"])
 
     def _cost_of_a_step(
         self, step: tuple[Any, Any], following: tuple[Any, Any], _: Any
     ) -> int:
         """Return 1 for a step straight on, and far more for one that turns; a step in place counts as a turn."""
-        a, b, c = (self._place[node] for node in (*step, following[1]))
+        first, middle = step
+        a = self._place(first)
+        b = self._place(middle)
+        c = self._place(following[1])
         turn = (b - a).conjugate() * (c - b)
         is_straight = abs(turn.imag) <= SAME_ANGLE * turn.real and turn.real > 0
         return 1 if is_straight else _TURN
@@ -369,12 +379,9 @@ def shortest_order(
     at most 1.5 times as long as the shortest, and not longer than in the given order.
     """
     lengths = np.zeros((number, number)) if at_least is None else at_least.copy()
-    pairs = np.array(list(combinations(range(number), 2)), dtype=np.int64).reshape(
-        -1, 2
-    )
-    near_first = pairs[np.argsort(lengths[tuple(pairs.T)], kind="stable")]
+    near_first = sorted(combinations(range(number), 2), key=lengths.__getitem__)
     is_in_time = until is None or number <= MOST_IN_TIME
-    for a, b in near_first.tolist():
+    for a, b in near_first:
         if until is not None and monotonic() > until:
             is_in_time = False
             break
@@ -413,7 +420,7 @@ def _approximate_order(lengths: FloatArray) -> tuple[int, ...]:
         complete.add_edge(a, b, weight=lengths[a, b])
     closed = nx.approximation.christofides(complete)
     start = closed.index(0)
-    order = [*closed[start:-1], *closed[:start]]
+    order = closed[start:-1] + closed[:start]
     if order[1] > order[-1]:
         order[1:] = order[:0:-1]
     return tuple(order)
