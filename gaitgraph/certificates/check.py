@@ -39,7 +39,8 @@ CLAIMS: dict[str, Any] = {
     "attitude": {"tilt": NUMBER, **COVER},
     "joints": dict.fromkeys(JUMPS, NUMBER),
 }
-SPIN = "clockwise|counterclockwise"
+SPINS = {"clockwise": 1, "counterclockwise": -1}  # and the signs of their drags
+SPIN = "|".join(SPINS)
 VECTORS = [[NUMBER, 3], 4]
 ROTORS = {"rotor_positions": VECTORS, "drag_to_thrust": [POSITIVE, 4]}
 AXES = {"spins": [SPIN, 4], "tilt_axes": VECTORS, "thrust_axes": VECTORS}
@@ -77,7 +78,8 @@ class Enclosure(NamedTuple):
         return Enclosure(self.low - other.high, self.high - other.low)
 
     def __mul__(self, other: Enclosure) -> Enclosure:  # type: ignore[override]
-        (a, b), (c, d) = self, other
+        a, b = self
+        c, d = other
         ends = (a * c, a * d, b * c, b * d)
         return Enclosure(min(ends) >> 96, -(-max(ends) >> 96))
 
@@ -120,14 +122,17 @@ def turn_by(angle: Fraction) -> Vector:
     """Return the cosine and the sine of an angle, by Taylor's formula."""
     if abs(angle) > 4:
         raise ValueError(f"angles must be at most 4 rad in size, got {float(angle):g}")
-    sums, step = [NONE, NONE], enclosed(angle)
-    power, term = 0, enclosed(1)  # angle^power / power!
+    sums = [NONE, NONE]
+    step = enclosed(angle)
+    power = 0
+    term = enclosed(1)  # angle^power / power!
     while term.size() > 1:
         sign = enclosed((1, 1, -1, -1)[power % 4])
         sums[power % 2] += sign * term
         power += 1
         term = (term * step).shared(power)
-    return [one.widened(term.size()) for one in sums]
+    cosine, sine = sums
+    return [cosine.widened(term.size()), sine.widened(term.size())]
 
 
 def dot(some: Any, others: Any) -> Enclosure:
@@ -140,12 +145,11 @@ def dot(some: Any, others: Any) -> Enclosure:
 
 def determinant(rows: list[Vector]) -> Enclosure:
     """Return the determinant of a matrix, expanded by its first row."""
-    first, *others = rows
-    if not others:
-        return first[0]
+    if len(rows) == 1:
+        return rows[0][0]
     total = NONE
-    for column, entry in enumerate(first):
-        minor = [row[:column] + row[column + 1 :] for row in others]
+    for column, entry in enumerate(rows[0]):
+        minor = [row[:column] + row[column + 1 :] for row in rows[1:]]
         part = entry * determinant(minor)
         total = total - part if column % 2 else total + part
     return total
@@ -158,21 +162,23 @@ def cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
 
 def unit(vector: list[Fraction]) -> Vector:
     """Return an exact vector divided by its length."""
-    square = sum((part * part for part in vector), ZERO)
+    x, y, z = vector
+    square = x * x + y * y + z * z
     if square == 0:
         raise ValueError("thrust_axes must be across tilt_axes, got one along its own")
-    signs = [1 if part > 0 else -1 for part in vector]
-    sizes = [root(part * part / square) for part in vector]
-    return [enclosed(sign) * size for sign, size in zip(signs, sizes, strict=True)]
+    parts = []
+    for part in vector:
+        sign = 1 if part > 0 else -1
+        parts.append(enclosed(sign) * root(part * part / square))
+    return parts
 
 
 def drag_signs(vehicle: dict[str, Any]) -> list[int]:
     """Return the signs of the drags; neighbours turn in opposite senses by default."""
-    spins = vehicle.get("spins") or [vehicle["first_rotor_spin"]]
-    signs = [1 if spin == "clockwise" else -1 for spin in spins]
-    if len(signs) == 1:
-        signs = [signs[0], -signs[0]] * 2
-    return signs
+    if "spins" in vehicle:
+        return [SPINS[spin] for spin in vehicle["spins"]]
+    first = SPINS[vehicle["first_rotor_spin"]]
+    return [first, -first, first, -first]
 
 
 def wrenches_of(vehicle: dict[str, Any]) -> list[list[Vector]]:
@@ -183,19 +189,23 @@ def wrenches_of(vehicle: dict[str, Any]) -> list[list[Vector]]:
     horizontal lines towards them, and thrust up at α = 0.
     """
     places = vehicle["rotor_positions"]
-    lengths = [root(x * x + y * y) for x, y, _ in places]
-    if min(lengths).low <= 0:
-        raise ValueError("rotor_positions must be off body z, got one on it")
-    scale = sum(lengths, NONE).shared(4).inverse()
-    tilt_axes = vehicle.get("tilt_axes") or [[x, y, ZERO] for x, y, _ in places]
-    thrust_axes = vehicle.get("thrust_axes") or [[ZERO, ZERO, Fraction(1)]] * 4
-    signs, drags = drag_signs(vehicle), vehicle["drag_to_thrust"]
+    distances = NONE
+    tilt_axes = []
+    for x, y, _ in places:
+        distance = root(x * x + y * y)
+        if distance.low <= 0:
+            raise ValueError("rotor_positions must be off body z, got one on it")
+        distances += distance
+        tilt_axes.append([x, y, ZERO])
+    scale = distances.shared(4).inverse()
+    tilt_axes = vehicle.get("tilt_axes", tilt_axes)
+    thrust_axes = vehicle.get("thrust_axes", [[ZERO, ZERO, Fraction(1)]] * 4)
+    signs = drag_signs(vehicle)
     wrenches = []
-    for place, tilt_axis, thrust_axis, sign, torque in zip(
-        places, tilt_axes, thrust_axes, signs, drags, strict=True
-    ):
-        x, y, z = (enclosed(part) * scale for part in place)
-        drag = enclosed(sign * torque) * scale
+    for rotor, tilt_axis in enumerate(tilt_axes):
+        thrust_axis = thrust_axes[rotor]
+        x, y, z = [enclosed(part) * scale for part in places[rotor]]
+        drag = enclosed(signs[rotor] * vehicle["drag_to_thrust"][rotor]) * scale
         turned = cross(tilt_axis, thrust_axis)
         upright = cross(turned, tilt_axis)  # the thrust axis across the tilt axis
         pair = []
@@ -216,8 +226,10 @@ def hover(wrenches: list[Vector]) -> Vector:
         others = [wrench[:3] for wrench in wrenches]
         del others[rotor]
         thrusts.append(enclosed((-1) ** (rotor + 1)) * determinant(others))
-    *_, z, x, y = zip(*wrenches, strict=True)
-    return [*thrusts, dot(thrusts, z), dot(thrusts, x), dot(thrusts, y)]
+    for part in (3, 4, 5):
+        forces = [wrench[part] for wrench in wrenches]
+        thrusts.append(dot(thrusts[:4], forces))
+    return thrusts
 
 
 class Level:
@@ -232,25 +244,27 @@ class Level:
 
     def __init__(self, vehicle: dict[str, Any]) -> None:
         self.wrenches = wrenches_of(vehicle)
+        corners = list(map(hover, map(list, product(*self.wrenches))))
         self.sizes = []
-        corners = [hover([*corner]) for corner in product(*self.wrenches)]
-        for table in zip(*corners, strict=True):
-            self.sizes.append(isqrt(sum(value.size() ** 2 for value in table)) + 1)
+        for value in range(7):
+            squares = [corner[value].size() ** 2 for corner in corners]
+            self.sizes.append(isqrt(sum(squares)) + 1)
         self.sign = drag_signs(vehicle)[0]
         lift = enclosed(self.sign) * corners[0][4]
         if lift.high * 10**12 < -self.sizes[4]:
             self.sign = -self.sign
         self.squares = {}
         for i, j in combinations_with_replacement(range(4), 2):
-            parts = [one[i] * one[j] + last[i] * last[j] for one, last in self.wrenches]
-            self.squares[i, j] = parts
+            self.squares[i, j] = [
+                upright[i] * upright[j] + turned[i] * turned[j]
+                for upright, turned in self.wrenches
+            ]
 
     def wrenches_at(self, turns: list[Vector]) -> list[Vector]:
         """Return the wrenches of the rotors at their turns."""
         wrenches = []
-        for (upright, turned), turn in zip(self.wrenches, turns, strict=True):
-            pairs = zip(upright, turned, strict=True)
-            wrenches.append([dot(turn, [one, other]) for one, other in pairs])
+        for pair, turn in zip(self.wrenches, turns, strict=True):
+            wrenches.append([dot(turn, parts) for parts in zip(*pair, strict=True)])
         return wrenches
 
 
@@ -261,7 +275,7 @@ def four(values: list[Any]) -> list[Any]:
 
 def moved(curve: Polynomial, origin: Fraction, unit: Fraction) -> Polynomial:
     """Return a polynomial as one of x, where its argument is origin + unit * x."""
-    out = [*curve]
+    out = list(curve)
     for first in range(len(out)):  # Taylor's coefficients about the origin
         for k in reversed(range(first, len(out) - 1)):
             out[k] += origin * out[k + 1]
@@ -291,20 +305,26 @@ class Arc:
         self, level: Level, curves: list[Polynomial], start: Fraction, end: Fraction
     ) -> None:
         self.level = level
-        middle, half = (start + end) / 2, (end - start) / 2
-        around = [moved(curve, middle, half) for curve in curves]
-        self.rates = four([bound(curve, 1) for curve in around])
-        self.bends = four([bound(curve, 2) for curve in around])
+        rates = []
+        bends = []
+        for curve in curves:
+            around = moved(curve, (start + end) / 2, (end - start) / 2)
+            rates.append(bound(around, 1))
+            bends.append(bound(around, 2))
+        self.rates = four(rates)
+        self.bends = four(bends)
         rate = sum(self.rates, NONE)
         bent = rate * rate + sum(self.bends, NONE)
-        leaves = [-(-size * bent.high // (2 * ONE)) for size in level.sizes]
-        self.ends, self.hovers = [], []
+        self.ends = []
+        self.hovers = []
         for s in (start, end):
             turns = [turn_by(value_at(curve, s)) for curve in curves]
             wrenches = level.wrenches_at(four(turns))
             self.ends.append(wrenches)
-            pairs = zip(hover(wrenches), leaves, strict=True)
-            self.hovers.append([value.widened(leave) for value, leave in pairs])
+            values = []
+            for value, size in zip(hover(wrenches), level.sizes, strict=True):
+                values.append(value.widened(-(-size * bent.high // (2 * ONE))))
+            self.hovers.append(values)
 
 
 def upright(parts: Vector) -> Vector:
@@ -318,16 +338,16 @@ def least_singular_value(arc: Arc, claim: Any) -> Vector:
 
     M M' is the sum of C u u' C' over the rotors, and (u u')'' at most 2 rate² + bend.
     """
-    pairs = zip(arc.rates, arc.bends, strict=True)
-    bents = [rate * rate + bend.shared(2) for rate, bend in pairs]
+    bents = []
+    for rate, bend in zip(arc.rates, arc.bends, strict=True):
+        bents.append(rate * rate + bend.shared(2))
     floor = enclosed(claim["at_least"] ** 2)
-    lost = {place: dot(bents, parts) for place, parts in arc.level.squares.items()}
     minors = []
     for wrenches in arc.ends:
         rows = list(zip(*wrenches, strict=True))
         gram = [[NONE] * 4 for _ in rows]
-        for (i, j), part in lost.items():
-            gram[i][j] = dot(rows[i], rows[j]) - part
+        for (i, j), parts in arc.level.squares.items():
+            gram[i][j] = dot(rows[i], rows[j]) - dot(bents, parts)
             gram[j][i] = gram[i][j]
         for k in range(4):
             gram[k][k] -= floor
@@ -338,25 +358,30 @@ def least_singular_value(arc: Arc, claim: Any) -> Vector:
 def sign_of_R(arc: Arc, claim: Any) -> Vector:
     """Return R or its negative, up to a positive factor."""
     sign = arc.level.sign if claim["sign"] == "positive" else -arc.level.sign
-    return [enclosed(sign) * lift for *_, lift, _, _ in arc.hovers]
+    return [enclosed(sign) * values[4] for values in arc.hovers]
 
 
 def hover_thrust(arc: Arc, claim: Any) -> Vector:
     """Return the vertical force and how far thrusts are within bounds, all with its sign."""
-    least, most = enclosed(claim["at_least"]), enclosed(claim["at_most"])
+    least = enclosed(claim["at_least"])
+    most = enclosed(claim["at_most"])
     parts = []
-    for *thrusts, lift, _, _ in arc.hovers:
+    for values in arc.hovers:
+        lift = values[4]
         parts.append(lift)
-        for thrust in thrusts:
-            parts += [thrust - least * lift, most * lift - thrust]
+        for thrust in values[:4]:
+            parts.append(thrust - least * lift)
+            parts.append(most * lift - thrust)
     return upright(parts)
 
 
 def attitude(arc: Arc, claim: Any) -> Vector:
     """Return what is positive if the force is within a quarter turn of each vertical."""
     cosine, sine = turn_by(claim["tilt"])
-    lifts, parts = [], [cosine]
-    for *_, z, x, y in arc.hovers:
+    lifts = []
+    parts = [cosine]
+    for values in arc.hovers:
+        z, x, y = values[4:]
         lifts.append(z)
         up = z * cosine
         parts.append(up * up - (x * x + y * y) * sine * sine)
@@ -374,13 +399,12 @@ PROOFS = {
 def bernstein(curve: Polynomial) -> Polynomial:
     """Return the coefficients between whose least and largest a polynomial is on [0, 1]."""
     degree = len(curve) - 1
-    shares = [a / comb(degree, k) for k, a in enumerate(curve)]
     points = []
     for row in range(degree + 1):
-        terms = [
-            comb(row, k) * share for k, share in enumerate(shares)
-        ]  # 0 for k > row
-        points.append(sum(terms, ZERO))
+        point = ZERO
+        for k, a in enumerate(curve):
+            point += a * comb(row, k) / comb(degree, k)  # 0 for k > row
+        points.append(point)
     return points
 
 
@@ -426,14 +450,13 @@ class Piece:
     def jump(self, before: Piece, order: int) -> Fraction:
         """Return by how much angles or a derivative jump from the piece before."""
         pairs = zip(four(before.motion[order]), four(self.motion[order]), strict=True)
-        sizes: list[Fraction] = [abs(sum(a) - b[0]) for a, b in pairs]
-        return max(sizes)
+        return max(abs(sum(ended, ZERO) - begun[0]) for ended, begun in pairs)
 
     def gap(self, name: str, claim: Any, k: int, before: Piece) -> str:
         """Return the first place of this piece k where a claim is not proved, if any."""
         if name == "joints":
-            limits = [ZERO, *(claim[one] for one in JUMPS)]
-            for order, most in enumerate(limits):
+            limits = {0: ZERO, 1: claim["rate_jump"], 2: claim["acceleration_jump"]}
+            for order, most in limits.items():
                 if self.jump(before, order) > most:
                     return f"at the start of piece {k}"
             return ""
@@ -456,14 +479,14 @@ def parsed(value: Any, form: Any, what: str) -> Any:
         has_own_axes = isinstance(value, dict) and "spins" in value
         form = VEHICLES[has_own_axes]
     if isinstance(form, dict):
-        needed = {"joints"} if form is CLAIMS else {*form}
-        if isinstance(value, dict) and needed <= {*value} <= {*form}:
+        needed = {"joints"} if form is CLAIMS else set(form)
+        if isinstance(value, dict) and needed <= set(value) <= set(form):
             return {name: parsed(one, form[name], name) for name, one in value.items()}
         rule = f"an object with the names {', '.join(form)}, each once"
     elif isinstance(form, list):
-        inner, *counts = form
+        counts = form[1:]
         if isinstance(value, list) and value and len(value) in (counts or [len(value)]):
-            return [parsed(one, inner, what) for one in value]
+            return [parsed(one, form[0], what) for one in value]
         rule = f"a list of {' or '.join(map(str, counts)) or 'some'} values"
     else:
         if isinstance(value, str) and re.fullmatch(PATTERNS.get(form, form), value):
@@ -483,7 +506,7 @@ def read(text: str) -> dict[str, Any]:
             rule = f"have {len(pieces)} pieces"
             raise ValueError(f"cover of {name} must {rule}, got {len(cover)}")
         for k, breaks in enumerate(cover):
-            if breaks != sorted({*breaks}) or (breaks[0], breaks[-1]) != (0, 1):
+            if breaks != sorted(set(breaks)) or (breaks[0], breaks[-1]) != (0, 1):
                 rule = f"rise from 0 to 1 on piece {k}"
                 raise ValueError(f"cover of {name} must {rule}, got another")
     return whole
@@ -500,11 +523,13 @@ def unproved(whole: dict[str, Any]) -> dict[str, str]:
 
     An open path is between two pieces that stand still: to and from them rates do not jump.
     """
-    level, claims, pieces = Level(whole["vehicle"]), whole["claims"], whole["pieces"]
+    level = Level(whole["vehicle"])
+    claims = whole["claims"]
+    pieces = whole["pieces"]
     places = dict.fromkeys(claims, "")
     before = last = Piece(pieces[-1], level)
     if whole["path"] == "open":
-        resting = {**claims["joints"], "rate_jump": ZERO}
+        resting = claims["joints"] | {"rate_jump": ZERO}
         before = Piece(standing(pieces[0], ZERO), level)
         after = Piece(standing(pieces[-1], Fraction(1)), level)
         start = Piece(pieces[0], level).gap("joints", resting, 0, before)
@@ -519,8 +544,10 @@ def unproved(whole: dict[str, Any]) -> dict[str, str]:
 
 def check(text: str) -> dict[str, Any]:
     """Return of which vehicle what is proved, and first places where it is not."""
-    whole, stated = read(text), json.loads(text)
-    places, values = unproved(whole), stated["claims"]
+    whole = read(text)
+    stated = json.loads(text)
+    values = stated["claims"]
+    places = unproved(whole)
     lines = [f"vehicle {json.dumps(stated['vehicle'])}", PATHS[stated["path"]]]
     for name, place in places.items():
         values[name].pop("cover", None)
@@ -536,9 +563,15 @@ def check(text: str) -> dict[str, Any]:
     proved = not any(places.values())
     if proved and lacking:
         lines.append(f"not proved flyable: {', '.join(lacking)}")
-    found = {"proved": proved, "flyable": proved and not lacking, "claims": places}
-    found["path"] = stated["path"]
-    return found | {"vehicle": stated["vehicle"], "values": values, "lines": lines}
+    return {
+        "proved": proved,
+        "flyable": proved and not lacking,
+        "claims": places,
+        "path": stated["path"],
+        "vehicle": stated["vehicle"],
+        "values": values,
+        "lines": lines,
+    }
 
 
 class Row(NamedTuple):
@@ -551,9 +584,14 @@ class Row(NamedTuple):
 
 def even_or_own(rows: list[Row], half_unit: Fraction, period: Fraction) -> list[Row]:
     """Return rows at even times if theirs are these, rounded to units; else as they are."""
-    first, step = rows[0].t, period / max(len(rows) - 1, 1)
-    even = [row._replace(t=first + k * step) for k, row in enumerate(rows)]
-    late = [row.t - other.t for row, other in zip(rows, even, strict=True)]
+    first = rows[0].t
+    step = period / max(len(rows) - 1, 1)
+    even = []
+    late = []
+    for k, row in enumerate(rows):
+        time = first + k * step
+        even.append(row._replace(t=time))
+        late.append(row.t - time)
     if max(map(abs, late)) <= half_unit * Fraction("1.000001"):
         return even
     # A first time that is not 0 is rounded too.
@@ -584,10 +622,12 @@ def held_against(
         curve = [value_at(one, 1 - left) for one in four(pieces[k]["alpha"])]
         return [abs(a - b) for a, b in zip(angles, curve, strict=True)]
 
-    between, off = ZERO, ""
+    between = ZERO
+    off = ""
     for before, row in pairwise(rows):
         middles = [(a + b) / 2 for a, b in zip(before.angles, row.angles, strict=True)]
-        between = max(between, *distances((before.t + row.t) / 2, middles))
+        farthest = max(distances((before.t + row.t) / 2, middles))
+        between = max(between, farthest)
     for number, row in enumerate(rows, 1):
         place = f"row {number}, t = {float(row.t):.9g} s"
         if number > 1 and row.t <= rows[number - 2].t:
@@ -611,8 +651,9 @@ def rows_of_csv(path: Path) -> tuple[list[Row], Fraction]:
     with path.open(encoding="utf-8-sig", newline="") as stream:
         try:
             for line in csv.DictReader(stream, strict=True):
-                t, *angles = [Fraction(line[name]) for name in names]
-                rows.append(Row(t, angles, [ZERO] * 4))
+                numbers = [Fraction(line[name]) for name in names]
+                t = numbers[0]
+                rows.append(Row(t, numbers[1:], [ZERO] * 4))
                 while unit.denominator < 10**60 and t % unit:
                     unit /= 10
         except (csv.Error, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
@@ -629,12 +670,15 @@ if __name__ == "__main__":
             raise ValueError("usage: python check.py gait.cert.json [gait.csv]")
         document = Path(sys.argv[1]).read_text(encoding="utf-8-sig")
         found = check(document)
-        off, last = "", "no table was compared"
+        off = ""
+        last = "no table was compared"
         if len(sys.argv) == 3:
             off, between = held_against(document, *rows_of_csv(Path(sys.argv[2])))
             last = f"each row is on the curve, lines between rows to {between:.2g} rad"
     except (OSError, RecursionError, ValueError) as error:
         print(f"check.py: {error}", file=sys.stderr)
         sys.exit(2)
-    print("\n".join([*found["lines"], f"NOT on the curve: {off}" if off else last]))
+    if off:
+        last = f"NOT on the curve: {off}"
+    print("\n".join(found["lines"] + [last]))
     sys.exit(int(bool(off) or not found["proved"]))

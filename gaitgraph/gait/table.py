@@ -311,7 +311,7 @@ def _without_gait(about: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _side_by_side(columns: Mapping[str, Any], names: Sequence[str]) -> FloatArray:
-    return np.array([columns[name] for name in names]).T
+    return np.asarray(np.transpose([columns[name] for name in names]))
 
 
 def surface_of(

@@ -205,9 +205,9 @@ def _cycles_up_to(
     import networkx as nx
 
     number = {name: k for k, name in enumerate(surface)}
+    edges: Any = usable.edges(data="rank")
     through = [
-        _paths_back(usable, first, second, rank)
-        for first, second, rank in usable.edges(data="rank")
+        _paths_back(usable, first, second, rank) for first, second, rank in edges
     ]
     for cost, _, paths in merge(*through):
         if cost > most:

@@ -15,8 +15,8 @@ from gaitgraph.gait.table import is_closed
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.physics import tilt_range
-from gaitgraph.validation.report import LIMITED, Check, Report, State
-from gaitgraph.validation.rules import Segments, check_of
+from gaitgraph.validation.report import LIMITED, Check, Report, State, check_of
+from gaitgraph.validation.rules import Segments
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -80,11 +80,12 @@ def validate_geometry(
     if np.isfinite(geometry.tilt_range).any():
         checks.append(tilt_range(segments, geometry.tilt_range))
     judged = {check.name for check in checks}
+    unlimited = [name for name in LIMITED if name not in judged]
     return Report(
         checks=tuple(checks),
         rows=len(alpha),
         repeats=not is_path,
-        unlimited=tuple(name for name in LIMITED if name not in judged),
+        unlimited=tuple(unlimited),
     )
 
 

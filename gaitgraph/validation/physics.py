@@ -40,6 +40,7 @@ from gaitgraph.validation.report import (
     LIMITED,
     Report,
     State,
+    check_of,
     following,
     hover_thrust_text,
 )
@@ -47,7 +48,6 @@ from gaitgraph.validation.rules import (
     Criteria,
     Fit,
     Segments,
-    check_of,
     compared,
     continuous,
     fit_of,
@@ -102,7 +102,9 @@ class Brackets:
 
 def brackets_of(segments: Segments, criteria: Criteria, fit: Fit) -> Brackets:
     """Bracket all quantities that the rules compare with their limits."""
-    starts, ends, vehicle = segments.starts, segments.ends, criteria.vehicle
+    starts = segments.starts
+    ends = segments.ends
+    vehicle = criteria.vehicle
     value = criteria.coefficients.level_form.at(segments.sines)[0]
     sign = 1.0 if value[np.argmax(np.abs(value))] >= 0 else -1.0
     quantities: list[Quantity] = [
@@ -161,7 +163,9 @@ def sign_of_R(
         message = "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
     elif lower > resolution:
         state = State.HOLDS
-        relation = f"R ≥ {lower:.3g} > 0" if sign > 0 else f"R ≤ {-lower:.3g} < 0"
+        relation = f"R ≥ {lower:.3g} > 0"
+        if sign < 0:
+            relation = f"R ≤ {-lower:.3g} < 0"
         message = f"{relation} along the whole gait ({kind} coefficients, {assumed})"
     elif upper < -resolution or (is_above.any() and is_below.any()):
         state = State.BROKEN
@@ -264,8 +268,10 @@ def hover_thrust(
 
     They must be positive and, if the vehicle states it, within a limit. The shares are None where that is not so.
     """
-    refusal, value, place = "", None, None
-    low, high = 0.0, 0.0
+    refusal = ""
+    value = None
+    place = None
+    low = high = 0.0
     if fit.on_blue:
         # Floating point would give some ratio of two vanishing quantities.
         refusal = "no thrusts carry the weight without torque: the moment matrix has rank two on blue; use red"
@@ -273,21 +279,16 @@ def hover_thrust(
         refusal, value, place = _idle_or_down(segments, criteria.vehicle, brackets)
     else:
         low, high = _shares_along(segments, criteria, brackets)
-        place = segments.place(*brackets.shares[0].worst()[2:])
+        place = _worst_place(segments, brackets.shares[0])
         if not low > 0:  # it may be no number
             refusal = "a rotor may have to idle to hover along the curve: keep away from β1 = 0 and β2 = 0"
             if criteria.vehicle.asymmetry is not None:
                 refusal = f"hover thrusts may fall to {figure(low)} of m·g: keep away from there"
     if refusal:
-        found = check_of(
-            "hover_thrust",
-            False,
-            refusal,
-            value=value,
-            limit=0.0,
-            place=place,
+        check = check_of(
+            "hover_thrust", False, refusal, value=value, limit=0.0, place=place
         )
-        return [found], None
+        return [check], None
     text = hover_thrust_text(low, high)
     checks = [check_of("hover_thrust", True, text, value=low, limit=0.0, place=place)]
     limit = criteria.vehicle.max_thrust
@@ -296,7 +297,7 @@ def hover_thrust(
             "mass", "gravity", purpose="the check of the largest thrust"
         )
         newtons = high * mass * gravity
-        at = segments.place(*brackets.shares[1].worst()[2:])
+        at = _worst_place(segments, brackets.shares[1])
         ok = newtons <= limit * (1 + criteria.passing)
         text = f"largest hover thrust {newtons:.3g} N"
         message = compared(ok, text, f"{limit:.3g} N", at, "tilt less there")
@@ -313,6 +314,11 @@ def hover_thrust(
     return checks, (low, high)
 
 
+def _worst_place(segments: Segments, found: Least) -> GaitPoint:
+    _, _, segment, fraction = found.worst()
+    return segments.place(segment, fraction)
+
+
 def _idle_or_down(
     segments: Segments, vehicle: Vehicle, brackets: Brackets
 ) -> tuple[str, float | None, GaitPoint]:
@@ -321,20 +327,21 @@ def _idle_or_down(
     shares = hover_thrust_shares(segments.alpha[segment : segment + 2], vehicle)
     end = int(np.argmin(shares.min(axis=1)))  # the first that is not a number, if any
     least = float(shares[end].min())
+    value = None
+    size = ""
     if least > 0:
         # Both ends are fine: something vanishes between them.
         start, stop = segments.starts[segment], segments.ends[segment]
         place = segments.place(segment, where_thrusts_vanish(start, stop, vehicle))
-        value = None
-        size = ""
     else:
-        place, value = segments.place(segment + end), least
-        size = ""
+        place = segments.place(segment + end)
+        value = least
         if math.isfinite(least):
             printed = 0.0 if abs(least) <= IDLE_SHARE else least
             size = f" (least {figure(printed)} of m·g)"
     idle = idle_pair(place, vehicle)
-    rotors = f", where {idle} idle" if idle else ""
+    if idle:
+        idle = f", where {idle} idle"
     advice = "keep away from there"
     if vehicle.asymmetry is None:
         first, second = level_of_vehicle(vehicle).crossings
@@ -342,7 +349,7 @@ def _idle_or_down(
         if math.isclose(first, -second):
             sides = "α1 < δ and α2 > −δ"
         advice = f"keep β1 and β2 of opposite signs ({sides}, or both the other way)"
-    refusal = f"hover thrusts are not positive{size} at {place}{rotors}: {advice}"
+    refusal = f"hover thrusts are not positive{size} at {place}{idle}: {advice}"
     return refusal, value, place
 
 
@@ -355,7 +362,8 @@ def _shares_along(
     f₁ and f₂. The shares are m₂/(2D) and −m₁/(2D) in size, with D = m₁f₂ − f₁m₂. So the slopes of m and D say how far
     the shares differ from those of the chords.
     """
-    beside, vehicle = criteria.beside, criteria.vehicle
+    beside = criteria.beside
+    vehicle = criteria.vehicle
     least, upper, _, _ = brackets.shares[0].worst()
     most = brackets.shares[1].worst()[0]
     if criteria.extremes is None:
@@ -367,7 +375,7 @@ def _shares_along(
         return 0.0, math.inf
     form = Form(yaw_block(vehicle).form[:, :, None, None, None])  # D
     found = least_of_each(segments.starts, segments.ends, [LevelSign(form)], [1e-6])
-    lift = max(float(one.lower.min()) for one in found)
+    lift = max(float(bracket.lower.min()) for bracket in found)
     moved = math.sqrt(2.0) * float(form.size[0]) * beside
     if not lift > moved:
         return 0.0, math.inf
@@ -427,9 +435,12 @@ def mean_hover_power(
         powers[long] = mean_hover_powers(alpha_at, len(steps), vehicle)
     if segments.t is not None:
         over, weights = "time", np.diff(segments.t)
-    whole = float(weights.sum())
-    mean = float(powers @ weights) / whole if whole else float(powers[0])
-    return (mean if math.isfinite(mean) else None), over
+    mean = float(powers[0])
+    if weights.any():
+        mean = float(powers @ weights) / float(weights.sum())
+    if not math.isfinite(mean):
+        return None, over
+    return mean, over
 
 
 def tilt_range(
@@ -452,19 +463,26 @@ def tilt_range(
         beyond = np.maximum(low - rows, rows - high)
     row, arm = divmod(int(np.argmax(beyond)), len(ranges))
     value = float(rows[row, arm])
-    limit = float(low[arm] if low[arm] - value > value - high[arm] else high[arm])
+    limit = float(high[arm])
+    if low[arm] - value > value - high[arm]:
+        limit = float(low[arm])
     ok = bool(beyond[row, arm] <= SAME_ANGLE + passing)
     is_one = bool((high == high[0]).all() and (low == -high).all())
     if is_one:
-        value, limit = abs(value), abs(limit)
-    in_degrees = math.degrees(value), math.degrees(limit)
-    tilt, allowed = (f"{angle:.4g}" for angle in in_degrees)
+        value = abs(value)
+        limit = abs(limit)
+    tilt = f"{math.degrees(value):.4g}"
+    allowed = f"{math.degrees(limit):.4g}"
     if not ok:
-        tilt, allowed = figures_apart(*in_degrees, digits=4)
-    found, goal = f"tilt {tilt}° of arm {arm + 1}", "into its range"
+        tilt, allowed = figures_apart(
+            math.degrees(value), math.degrees(limit), digits=4
+        )
+    text = f"tilt {tilt}° of arm {arm + 1}"
+    advice = "move the waypoints into its range"
     if is_one:
-        found, goal = f"largest tilt {tilt}° (α{arm + 1})", "nearer to 0"
-    message = compared(ok, found, f"{allowed}°", place, f"move the waypoints {goal}")
+        text = f"largest tilt {tilt}° (α{arm + 1})"
+        advice = "move the waypoints nearer to 0"
+    message = compared(ok, text, f"{allowed}°", place, advice)
     return check_of("tilt_range", ok, message, value=value, limit=limit, place=place)
 
 
@@ -533,12 +551,12 @@ def report_of(
     brackets = brackets_of(segments, criteria, fit)
     sign = sign_of_R(segments, criteria, fit, brackets)
     physics = _physics_of(segments, criteria, fit, brackets)
-    checks = [sign, *physics.checks]
     reachable, reason = reachability(segments, criteria, fit)
     physics = replace(physics, reachable_from_hover=reachable, reachability=reason)
     if criteria.vehicle.asymmetry is not None:
-        notes = (*physics.notes, *_notes_on_sheet(segments, criteria))
-        return replace(physics, checks=(closed, *checks, *rates), notes=notes)
+        notes = physics.notes + _notes_on_sheet(segments, criteria)
+        checks = [closed, sign, *physics.checks, *rates]
+        return replace(physics, checks=tuple(checks), notes=notes)
     residual = residual_of(segments, criteria)
     misreading = Misreading()
     if segments.noun == "row" and residual[0] > criteria.tolerance:  # people bring rows
@@ -548,18 +566,19 @@ def report_of(
     surface = on_surface(segments, criteria, residual, misreading, lone)
     colored, has_bare = two_color(segments, criteria)
     stays, is_off_sheets = continuous(segments, criteria, fit)
-    checks = [surface, colored, stays, *checks]
+    checks = [surface, colored, stays, sign, *physics.checks]
     causes = _causes(checks, fit, residual[1], is_off_sheets, has_bare)
     if misreading.convention is not None:
         causes = _causes_of_convention(checks, misreading.convention)
     by_lone_rows = _broken_at([surface, *rates], lone)
-    causes |= dict.fromkeys(by_lone_rows[1:], *by_lone_rows[:1])
+    for name in by_lone_rows[1:]:
+        causes[name] = by_lone_rows[0]
     notes = physics.notes
     if lone.note and not by_lone_rows:
         notes += (lone.note,)
     return replace(
         physics,
-        checks=(closed, *following([*checks, *rates], causes)),
+        checks=(closed, *following(checks + list(rates), causes)),
         notes=notes,
     )
 
@@ -588,16 +607,17 @@ def _physics_of(
         ranges, passing = np.array(vehicle.tilt_range), criteria.passing
         extremes = criteria.extremes
         checks.append(tilt_range(segments, ranges, extremes=extremes, passing=passing))
+    unlimited = [
+        name for name, stated in LIMITED.items() if getattr(vehicle, stated) is None
+    ]
     power: float | None = None
     over: Literal["time", "length"] = "length"
     if shares is not None:
         power, over = mean_hover_power(segments, vehicle)
     return Report(
         checks=tuple(checks),
-        notes=(*vehicle.warnings, *_notes_on_thrust(shares, vehicle)),
-        unlimited=tuple(
-            name for name, stated in LIMITED.items() if getattr(vehicle, stated) is None
-        ),
+        notes=tuple(vehicle.warnings) + _notes_on_thrust(shares, vehicle),
+        unlimited=tuple(unlimited),
         hover_power=power,
         hover_power_over=over,
         hover_thrusts=shares,
@@ -633,7 +653,7 @@ def _causes_of_convention(
     """Return which rules are broken because the rows were read in another convention: all that angles tell."""
     names = {check.name for check in checks} - {"on_surface"}
     if convention.degrees:
-        names |= {*RATE_CHECKS}
+        names |= set(RATE_CHECKS)
     return dict.fromkeys(names, "on_surface")
 
 

@@ -57,7 +57,9 @@ def limited_quantities(names: Iterable[str]) -> str:
 def not_judged_text(names: Iterable[str]) -> str:
     """Return the sentence that names the conditions without a limit, empty if there are none."""
     words = limited_quantities(names)
-    return f"No limit stated of {words}." if words else ""
+    if not words:
+        return ""
+    return f"No limit stated of {words}."
 
 
 class CheckOptions(TypedDict, total=False):
@@ -74,11 +76,6 @@ class State(Enum):
     HOLDS = "ok"
     BROKEN = "NO"
     UNDECIDED = "??"
-
-
-def state_of(holds: bool) -> State:
-    """Return the state of a check that is decided."""
-    return State.HOLDS if holds else State.BROKEN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -152,7 +149,9 @@ class Check(Record):
 
 def _finite(number: float | None) -> float | None:
     """Return a number, None if it is not finite."""
-    return float(number) if number is not None and math.isfinite(number) else None
+    if number is None or not math.isfinite(number):
+        return None
+    return float(number)
 
 
 def hover_thrust_text(least: float, largest: float) -> str:
@@ -176,18 +175,21 @@ class GaitPoint(Record):
     @property
     def number(self) -> int | None:
         """The number of the point, from 1; None between two points."""
-        return None if self.fraction else self.point + 1
+        if self.fraction:
+            return None
+        return self.point + 1
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the place as plain values: a row, counted from 1, with its time, or a segment, counted from 0."""
-        head: dict[str, Any] = {"segment": self.point}
+        place: dict[str, Any] = {"segment": self.point}
         if self.noun == "row":
-            head = {"row": self.point + 1, "t": self.t}
-        return {**head, "fraction": self.fraction, "alpha": list(self.alpha)}
+            place = {"row": self.point + 1, "t": self.t}
+        return place | {"fraction": self.fraction, "alpha": list(self.alpha)}
 
     def __str__(self) -> str:
         """Return the place in words: number of the corner or row, fraction, time, and tilt angles."""
-        between, time = "", ""
+        between = ""
+        time = ""
         if self.fraction:
             between = f" and {100 * self.fraction:.0f} % of the way to the next"
         if self.t is not None:
@@ -207,7 +209,8 @@ def limit_check(
     """Return the check of a peak of one tilt angle's derivative, of a row if it has a place, against the limit."""
     slack = 1e-12 if place is None else 1e-9  # of floats
     ok = limit is None or peak <= limit * (1 + slack)
-    size, stated = figure(peak), "; the vehicle states no limit"
+    size = figure(peak)
+    stated = "; the vehicle states no limit"
     if limit is not None:
         allowed = figure(limit)
         if not ok:
@@ -216,17 +219,37 @@ def limit_check(
     text = "infinite"
     if math.isfinite(peak):
         text = f"{size} {RATE_UNITS[name.removeprefix('tilt_')]}"
-    at = "" if ok or place is None else f" at {place}"
-    message = f"peak {text} (α{joint}){at}{stated}"
+    message = f"peak {text} (α{joint})"
+    if not ok and place is not None:
+        message += f" at {place}"
+    message += stated
     if not ok:
-        message = f"{message}: {advice}"
+        message += f": {advice}"
+    return check_of(name, ok, message, value=peak, limit=limit, place=place)
+
+
+def check_of(
+    name: str,
+    state: State | bool,
+    message: str,
+    *,
+    value: float | None = None,
+    limit: float | None = None,
+    place: GaitPoint | None = None,
+) -> Check:
+    """Return a check at a place; a state may be whether it holds."""
+    if isinstance(state, bool):
+        state = State.HOLDS if state else State.BROKEN
+    where = None
+    if place is not None:
+        where = place.as_mapping()
     return Check(
         name=name,
-        state=state_of(ok),
-        value=peak,
-        limit=limit,
-        where=None if place is None else place.as_mapping(),
+        state=state,
         message=message,
+        value=value,
+        limit=limit,
+        where=where,
     )
 
 
@@ -236,14 +259,18 @@ def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
     >>> unlikely_limits({"rate": 300.0, "acceleration": 50.0})
     ["the limit of the tilt rate is 300 rad/s = 17,189°/s: for degrees write '300deg'"]
     """
-    return [
-        f"the limit of the tilt {kind} is {figure(limit)} {unit} = {math.degrees(limit):,.0f}"
-        f"{unit.replace('rad', '°')}: for degrees write '{limit:g}deg'"
-        for kind, unit in RATE_UNITS.items()
-        for stated in [limits.get(kind)]
-        for limit in [max(stated) if isinstance(stated, list) else stated]
-        if limit is not None and limit > _LIKELY.get(kind, math.inf)
-    ]
+    warnings = []
+    for kind, most in _LIKELY.items():
+        limit = limits.get(kind)
+        if isinstance(limit, list):
+            limit = max(limit)
+        if limit is not None and limit > most:
+            unit = RATE_UNITS[kind]
+            degrees = f"{math.degrees(limit):,.0f}{unit.replace('rad', '°')}"
+            warnings.append(
+                f"the limit of the tilt {kind} is {figure(limit)} {unit} = {degrees}: for degrees write '{limit:g}deg'"
+            )
+    return warnings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -301,7 +328,9 @@ class Report(Pictured):
     @property
     def two_color(self) -> bool | None:
         """Whether every adjacent pair obeys Figure 15, None where that does not apply."""
-        return None if self.valid is None else self["two_color"].ok
+        if self.valid is None:
+            return None
+        return self["two_color"].ok
 
     @property
     def flyable(self) -> bool | None:
@@ -311,8 +340,9 @@ class Report(Pictured):
         """
         if all(check.ok for check in self.checks):
             return True
-        is_open = self.valid is None and not any(check.broken for check in self.checks)
-        return None if is_open else False
+        if self.valid is None and not any(check.broken for check in self.checks):
+            return None
+        return False
 
     @property
     def in_words(self) -> str:
@@ -336,45 +366,56 @@ class Report(Pictured):
     def reason(self) -> str:
         """The first reason why the gait is not flyable, or not valid; empty if it is both."""
         broken = [
-            check
-            for check in self.checks
-            if not check.ok and check.follows_from is None
+            check for check in self.checks if not check.ok and not check.follows_from
         ]
-        broken.sort(key=lambda check: (not check.broken, check.kind == "flyable"))
-        return broken[0].message if broken else ""
+        if not broken:
+            return ""
+        first = min(
+            broken, key=lambda check: (not check.broken, check.kind == "flyable")
+        )
+        return first.message
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings: undecided signs, unlikely limits, and the notes."""
-        undecided = (check.message for check in self.checks if not check.decided)
-        return (*undecided, *self._unlikely, *self.notes, *self.said)
+        undecided = [check.message for check in self.checks if not check.decided]
+        return tuple(undecided + self._unlikely) + self.notes + self.said
 
     @property
     def warning_lines(self) -> list[str]:
         """The warnings as lines of text, but for those that a check or the reader of the table tells."""
-        return [f"warning: {warning}" for warning in (*self._unlikely, *self.notes)]
+        told = self._unlikely + list(self.notes)
+        return [f"warning: {warning}" for warning in told]
 
     @property
     def _unlikely(self) -> list[str]:
-        return unlikely_limits(
-            {check.name.removeprefix("tilt_"): check.limit for check in self.checks}
-        )
+        limits = {
+            check.name.removeprefix("tilt_"): check.limit for check in self.checks
+        }
+        return unlikely_limits(limits)
 
     def __getitem__(self, name: str) -> Check:
-        return {check.name: check for check in self.checks}[name]
+        for check in self.checks:
+            if check.name == name:
+                return check
+        raise KeyError(name)
 
     def __bool__(self) -> bool:
-        return bool(self.flyable if self.valid is None else self.valid)
+        if self.valid is None:
+            return bool(self.flyable)
+        return self.valid
 
     def with_checks(self, more: Iterable[Check]) -> Report:
         """Return the report with more checks."""
-        return replace(self, checks=(*self.checks, *more))
+        return replace(self, checks=self.checks + tuple(more))
 
     def with_timing(self, timed: Any) -> Report:
         """Return the report with what a timed gait adds: the checks of its rates, and the mean power over its time."""
-        power = None if self.hover_power is None else timed.hover_power
-        found = self.with_checks(timed.rate_checks())
-        return replace(found, hover_power=power, hover_power_over="time")
+        power = self.hover_power
+        if power is not None:
+            power = timed.hover_power
+        checked = self.with_checks(timed.rate_checks())
+        return replace(checked, hover_power=power, hover_power_over="time")
 
     def to_pandas(self) -> Any:
         """Return the checks as a pandas frame, a row for each."""
@@ -382,11 +423,9 @@ class Report(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the report as plain values, ready for JSON."""
-        out = {
-            **verdict_of(self),
-            "repeats": self.repeats,
-            "warnings": list(self.warnings),
-        }
+        out = verdict_of(self)
+        out["repeats"] = self.repeats
+        out["warnings"] = list(self.warnings)
         if self.rows is not None:
             out["rows"] = self.rows
         if self.valid is None:
@@ -395,11 +434,8 @@ class Report(Pictured):
             first = self.listing.first
             out["colorings"] = [list(coloring.colors) for coloring in first]
             out["coloring_signs"] = [coloring.sign for coloring in first]
-            out |= {
-                name: value
-                for name, value in self.listing.as_mapping().items()
-                if name != "counts"
-            }
+            out |= self.listing.as_mapping()
+            del out["counts"]
         return out
 
     @property
@@ -415,7 +451,7 @@ class Report(Pictured):
         flyable = _YES[self.flyable]
         rules = f"Obeys the paper's rules: {_YES[self.valid]}."
         if self.valid is None:
-            flyable = "undecided" if self.flyable is None else flyable
+            flyable = flyable.replace("unknown", "undecided")
             rules = "The paper's rules do not apply to this geometry."
         answers = f"Flyable: {flyable}. {rules}"
         if self.reachability:
@@ -448,10 +484,9 @@ class Report(Pictured):
         return "\n".join([self.verdict, *table_lines(rows), *self.warning_lines])
 
     def __repr__(self) -> str:
-        broken = [
-            check.name.replace("_", " ") for check in self.checks if check.mark != "ok"
-        ]
-        return f"<Report: {self._answers} {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
+        broken = [check.name for check in self.checks if not check.ok]
+        names = ", ".join(broken).replace("_", " ") or "none"
+        return f"<Report: {self._answers} {len(self.checks)} checks, not ok: {names}>"
 
 
 def verdict_of(report: Report | None) -> dict[str, Any]:
@@ -460,14 +495,13 @@ def verdict_of(report: Report | None) -> dict[str, Any]:
     if report is None:
         out: dict[str, Any] = dict.fromkeys(names, False)
         out |= {"not_judged": [], "hover_power": None, "hover_power_over": None}
-        return {**out, "checks": []}
-    return {
-        **{name: getattr(report, name) for name in names},
-        "not_judged": list(report.not_judged),
-        "hover_power": report.hover_power,
-        "hover_power_over": report.hover_power_over,
-        "checks": [check.as_mapping() for check in report.checks],
-    }
+        return out | {"checks": []}
+    out = {name: getattr(report, name) for name in names}
+    out["not_judged"] = list(report.not_judged)
+    out["hover_power"] = report.hover_power
+    out["hover_power_over"] = report.hover_power_over
+    out["checks"] = [check.as_mapping() for check in report.checks]
+    return out
 
 
 def following(checks: Iterable[Check], causes: Mapping[str, str]) -> list[Check]:
@@ -510,18 +544,19 @@ def broken_rules(
     Flight needs an invertible matrix when level, positive hover thrusts unless rotors may pull, and tilt angles and
     rates within the vehicle's limits. The gait need not be on the surfaces.
     """
-    harmless = _SURFACE_RULES | {"hover_thrust"} if pulling else _SURFACE_RULES
-    broken = [check for check in report.checks if not (check.ok and check.decided)]
-    # What follows from another rule is said with that one, unless it alone forbids flight.
-    forbidden = [
-        check.message
-        for check in broken
-        if check.name not in harmless
-        and (check.follows_from is None or check.follows_from in harmless)
-    ]
-    others = [
-        check.message
-        for check in broken
-        if check.name in harmless and check.follows_from is None
-    ]
+    harmless = set(_SURFACE_RULES)
+    if pulling:
+        harmless.add("hover_thrust")
+    forbidden = []
+    others = []
+    for check in report.checks:
+        if check.ok:
+            continue
+        # What follows from another rule is said with that one, unless it alone forbids flight.
+        cause = check.follows_from
+        if check.name not in harmless:
+            if cause is None or cause in harmless:
+                forbidden.append(check.message)
+        elif cause is None:
+            others.append(check.message)
     return forbidden, others

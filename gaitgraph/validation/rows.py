@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,13 +30,15 @@ from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface.loop_colorings import Colorings, colorings
 from gaitgraph.surface.sheets import color_of
 from gaitgraph.validation.physics import report_of
-from gaitgraph.validation.report import Check, Report, limit_check
-from gaitgraph.validation.rules import Criteria, Segments, check_of
+from gaitgraph.validation.report import Check, Report, check_of, limit_check
+from gaitgraph.validation.rules import Criteria, Segments
 from gaitgraph.validation.worst import both
 from gaitgraph.validation.wrong_rows import LoneRows, lone_rows
 from gaitgraph.vehicle import four_of, scale_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.surface.sheets import CodeArray
@@ -88,13 +91,13 @@ def _report_of_straight_rows(
         place=segments.place(count - 1),
     )
     report = report_of(segments, criteria, closed, rates=rates, lone=lone)
-    notes = [*_notes_on_columns(table, alpha, color, criteria.coefficients)]
+    notes = _notes_on_columns(table, alpha, color, criteria.coefficients)
     if gap == longest == 0:
         notes.append(
             "the table is a single posture, not a gait: its rows are all equal"
         )
-    if not is_path:
-        notes += filter(None, [note_on_ends(alpha)])
+    if not is_path and note_on_ends(alpha):
+        notes.append(note_on_ends(alpha))
     if not returns and not is_path and gap > 3 * longest:
         notes.append(
             f"the closing segment from row {count} to row 1 is {gap:.4g} rad long, the longest step between "
@@ -105,7 +108,7 @@ def _report_of_straight_rows(
         listing = _listing(segments, criteria)
     return replace(
         report,
-        notes=(*report.notes, *notes),
+        notes=report.notes + tuple(notes),
         rows=count,
         listing=listing,
         repeats=not is_path,
@@ -116,12 +119,12 @@ def _segments_of_rows(
     table: Table, alpha: FloatArray, color: CodeArray, *, closes: bool
 ) -> Segments:
     """Return the straight segments between rows; the one that leads back to the first takes a mean step of time."""
-    number, t = np.arange(1, len(alpha) + 1), None
-    if "t" in table:
-        t = table["t"]
+    number = np.arange(1, len(alpha) + 1)
+    t = table.columns.get("t")
     if closes:
         alpha = np.concatenate([alpha, alpha[:1]])
-        color, number = np.append(color, color[:1]), np.append(number, 1)
+        color = np.append(color, color[:1])
+        number = np.append(number, 1)
         if t is not None:
             t = np.append(t, closing_time(t[0], t[-1], len(t)))
     return Segments(alpha=alpha, color=color, number=number, noun="row", t=t)
@@ -163,11 +166,11 @@ def _notes_on_columns(
 ) -> list[str]:
     """Return a note on the first row whose stated types, and on the first whose stated R, disagree with its angles."""
     notes = []
-    if "types" in table:
-        notes += [
+    if "types" in table and wrong_types(table, color).any():
+        k = int(np.argmax(wrong_types(table, color)))
+        notes.append(
             f"row {k + 1} states the types {table['types'][k]}, but it is {color_of(color[k])}; stated types are not used"
-            for k in np.flatnonzero(wrong_types(table, color))[:1]
-        ]
+        )
     if "R" in table:
         computed = np.asarray(level_determinant(alpha, coefficients))
         off = np.abs(table["R"] - computed) - 1e-2 * np.maximum(1, np.abs(computed))
@@ -200,11 +203,9 @@ def rates_of_rows(
     rounding of its angles explains does not count, of rates at most 1 % of the limit. What the steps of servos explain
     does not count at all. Limits are those of the vehicle, and where it states none those that the table was made for.
     """
-    limits = []
-    for kind in RATE_UNITS:
-        limit = getattr(vehicle, f"max_tilt_{kind}")
-        limits.append(table.limits.get(kind) if limit is None else limit)
-    alpha, t = segments.alpha[: len(table)], even_times(table)
+    limits = _limits_of(table, vehicle)
+    alpha = segments.alpha[: len(table)]
+    t = even_times(table)
     sizes, least_slopes = _differences(table, alpha, t, limits[0])
     candidates = [[size] for size in sizes]
     if not table.rounding:  # rates beside rounded rows are slopes of these
@@ -216,9 +217,12 @@ def rates_of_rows(
         each = four_of(limits[order - 1])
         scale = scale_of(limits[order - 1])
         worst = [_largest(size, scale) for size in candidates[order - 1] if len(size)]
-        _, peak, joint, row = max(
-            worst, default=(0.0, 0.0, 0, 0), key=lambda one: one[0]
-        )
+        peak = 0.0
+        joint = 0
+        place = None
+        if worst:
+            _, peak, joint, row = max(worst, key=itemgetter(0))
+            place = segments.place(row)
         limit = each[joint]
         if order == 3 and limit is None:
             continue
@@ -226,7 +230,7 @@ def rates_of_rows(
         if limit:
             needed = period * (peak / limit) ** (1 / order)
         advice = f"take at least {needed:.4g} s instead of {period:.4g} s"
-        if lone.is_near(row + 1):
+        if place is not None and lone.is_near(place.point + 1):
             advice = lone.note
         elif (
             order == 1
@@ -234,11 +238,21 @@ def rates_of_rows(
             and least_slopes[joint] <= limit < sizes[0][:, joint].max(initial=0.0)
         ):
             advice = "a slope between rounded angles: write them with more decimals"
-        place = segments.place(row) if worst else None
         checks.append(
             limit_check(f"tilt_{kind}", peak, joint + 1, limit, advice, place)
         )
     return checks
+
+
+def _limits_of(table: Table, vehicle: Vehicle) -> list[Any]:
+    """Return the limits of rates, accelerations and jerks: of the vehicle, else those that the table was made for."""
+    limits = []
+    for kind in RATE_UNITS:
+        limit = getattr(vehicle, f"max_tilt_{kind}")
+        if limit is None:
+            limit = table.limits.get(kind)
+        limits.append(limit)
+    return limits
 
 
 def _largest(
@@ -251,7 +265,7 @@ def _largest(
 
 
 def _differences(
-    table: Table, alpha: FloatArray, t: FloatArray, limit: object
+    table: Table, alpha: FloatArray, t: FloatArray, limit: Any
 ) -> tuple[list[FloatArray], FloatArray]:
     """Return divided differences of the angles by rows, less what the rounding of each explains, of rates up to jerks.
 
@@ -260,22 +274,26 @@ def _differences(
     """
     rounding = np.full_like(alpha, table.rounding)
     if "samples" in table.about:
-        digits = np.column_stack([table.half_units(name) for name in ANGLES])
+        digits = _half_units(table, ANGLES)
         rounding = np.maximum(rounding, digits)
     closed = is_closed(alpha)
     count = len(alpha) - closed
     if table.repeats and len(alpha) > 1:
         # On to the first rows, a period later; the last row of a closed table is the first again.
-        onward = slice(1, 3) if closed else slice(0, 3)
+        onward = slice(int(closed), 3)
         period = t[-1] - t[0]
-        later = period if closed else closing_time(0.0, period, len(t))
+        later = period
+        if not closed:
+            later = closing_time(0.0, period, len(t))
         alpha = np.vstack([alpha, alpha[onward]])
         t = np.append(t, t[onward] + later)
         rounding = np.vstack([rounding, rounding[onward]])
     most = np.full(4, np.inf)  # servos step as they do
     if not table.rounding:
-        most = _MOST_SHARE * np.array([one or 0.0 for one in four_of(limit)])
-    sizes, values, least_slopes = [], alpha, np.zeros(4)
+        most = _MOST_SHARE * np.array(four_of(limit or 0.0))
+    sizes = []
+    values = alpha
+    least_slopes = np.zeros(4)
     for order in range(1, 4):
         if len(values) < 2:
             sizes.append(np.zeros((0, 4)))
@@ -302,13 +320,18 @@ def _stated_sizes(
     for names, sizes in zip((RATES, ACCELERATIONS), found, strict=True):
         if all(name in table for name in names):
             stated = np.column_stack([table[name] for name in names])
-            digits = np.column_stack([table.half_units(name) for name in names])
+            digits = _half_units(table, names)
             sizes.append(np.maximum(np.abs(stated) - digits, 0.0))
     if ACCELERATIONS[0] not in table and table.joined_by_cubics:
-        digits = np.column_stack([table.half_units(name) for name in RATES])
+        digits = _half_units(table, RATES)
         explained = digits / np.diff(t).min()  # of slopes over two steps
         found[1].append(np.maximum(np.abs(accelerations_of(table)) - explained, 0.0))
     return found
+
+
+def _half_units(table: Table, names: Sequence[str]) -> FloatArray:
+    """Return half a unit of the last digit of some columns, side by side."""
+    return np.column_stack([table.half_units(name) for name in names])
 
 
 # -- Cubics
@@ -327,8 +350,11 @@ def _segments_along_cubics(
     t = table["t"]
     width = np.diff(t)[:, None]
     rates = np.column_stack([table[name] for name in RATES])
-    step, first, last = np.diff(alpha, axis=0), width * rates[:-1], width * rates[1:]
-    square, cube = 3 * step - 2 * first - last, first + last - 2 * step
+    step = np.diff(alpha, axis=0)
+    first = width * rates[:-1]
+    last = width * rates[1:]
+    square = 3 * step - 2 * first - last
+    cube = first + last - 2 * step
     length = np.linalg.norm(step, axis=1)
     unit = step / np.maximum(length, 1e-300)[:, None]
     is_straight = np.ones(len(step), dtype=bool)
@@ -346,7 +372,7 @@ def _segments_along_cubics(
     if parts.max(initial=1) == 1:
         return None
     row = np.repeat(np.arange(len(step)), parts)
-    within = np.concatenate([np.arange(count) / count for count in parts.tolist()])
+    within = (np.arange(len(row)) - (np.cumsum(parts) - parts)[row]) / parts[row]
     x = within[:, None]
     points = alpha[row] + x * (first[row] + x * (square[row] + x * cube[row]))
     row = np.append(row, len(step))

@@ -42,7 +42,7 @@ from gaitgraph.tolerances import (
     DEFAULT_TOLERANCE,
     SAME_ANGLE,
 )
-from gaitgraph.validation.report import Check, GaitPoint, State, state_of
+from gaitgraph.validation.report import Check, GaitPoint, check_of
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
@@ -152,28 +152,38 @@ class Segments(Record):
 
     def place(self, segment: int, fraction: float = 0.0) -> GaitPoint:
         """Return the place at a fraction of a segment, counted from 0."""
-        index, fraction = int(segment), float(fraction)
+        index = int(segment)
+        fraction = float(fraction)
         if fraction >= 1.0 - SAME_ANGLE:
-            index, fraction = index + 1, 0.0
+            index += 1
+            fraction = 0.0
         if index and self.number[index] == 1 and self.within is None:
             index = 0  # the first point again
-        at, t = self.alpha[index], None if self.t is None else float(self.t[index])
-        passed = 0.0 if self.within is None else float(self.within[index])
-        if fraction:
-            at = at + fraction * (self.alpha[index + 1] - at)
-            if self.t is not None and t is not None:
-                t += fraction * (float(self.t[index + 1]) - t)
-            following = 1.0
-            if self.within is not None:
+        alpha = _between(self.alpha, index, fraction)
+        t = None
+        if self.t is not None:
+            t = float(_between(self.t, index, fraction))
+        passed = fraction
+        if self.within is not None:
+            passed = float(self.within[index])
+            if fraction:
                 following = float(self.within[index + 1]) or 1.0
-            passed += fraction * (following - passed)
+                passed += fraction * (following - passed)
         return GaitPoint(
             point=int(self.number[index]) - 1,
             fraction=passed,
-            alpha=tuple(at.tolist()),
+            alpha=tuple(alpha.tolist()),
             t=t,
             noun=self.noun,
         )
+
+
+def _between(values: FloatArray, index: int, fraction: float) -> FloatArray:
+    """Return a value of a segment, at a fraction of it."""
+    value = values[index]
+    if fraction:
+        value = value + fraction * (values[index + 1] - value)
+    return np.asarray(value)
 
 
 def segments_of(
@@ -181,7 +191,9 @@ def segments_of(
 ) -> Segments:
     """Return all segments of a gait, from the last corner back to the first too."""
     count = len(gait.alpha)
-    color = color_codes(gait.colors) if gait.colors else np.zeros(count, dtype=np.int8)
+    color: CodeArray = np.zeros(count, dtype=np.int8)
+    if gait.colors:
+        color = color_codes(gait.colors)
     point = np.arange(count + 1) % count
     return Segments(
         alpha=gait.alpha[point], color=color[point], number=point + 1, noun=noun, t=t
@@ -195,26 +207,6 @@ def compared(
     if ok:
         return f"{found}, limit {limit}"
     return f"{found} at {place}, limit {limit}: {advice}"
-
-
-def check_of(
-    name: str,
-    state: State | bool,
-    message: str,
-    *,
-    value: float | None = None,
-    limit: float | None = None,
-    place: GaitPoint | None = None,
-) -> Check:
-    """Return a check at a place; a state may be whether it holds."""
-    return Check(
-        name=name,
-        state=state_of(state) if isinstance(state, bool) else state,
-        message=message,
-        value=value,
-        limit=limit,
-        where=None if place is None else place.as_mapping(),
-    )
 
 
 def idle_pair(place: GaitPoint, vehicle: Vehicle) -> str:
@@ -328,20 +320,16 @@ def on_surface(
 def two_color(segments: Segments, criteria: Criteria) -> tuple[Check, bool]:
     """Check Figure 15: neither α3 nor α4 steps from its + plane to its − plane; also whether a point has no color."""
     point, message = _first_wrong_pair(segments, criteria)
-    place = None if point is None else segments.place(point)
     if point is None:
-        present = [color_of(code) for code in (1, -1) if (segments.color == code).any()]
-        color = present[0] if len(present) == 1 else "mixed"
+        present = set(segments.color.tolist())
+        color = "mixed"
+        if len(present) == 1:
+            color = color_of(present.pop())
         message = f"all neighbours allowed by Figure 15 of the paper ({color})"
-    found = check_of(
-        "two_color",
-        point is None,
-        message,
-        value=float(point is not None),
-        limit=0.0,
-        place=place,
-    )
-    return found, point is not None and not segments.color[point]
+        return check_of("two_color", True, message, value=0.0, limit=0.0), False
+    place = segments.place(point)
+    check = check_of("two_color", False, message, value=1.0, limit=0.0, place=place)
+    return check, not segments.color[point]
 
 
 def _first_wrong_pair(segments: Segments, criteria: Criteria) -> tuple[int | None, str]:
@@ -361,10 +349,9 @@ def _first_wrong_pair(segments: Segments, criteria: Criteria) -> tuple[int | Non
     if not len(forbidden):
         return None, ""
     point = int(forbidden[0])
-    here, there = (
-        f"{number[k]} {text_from_types(int(third[k]), int(fourth[k]))}"
-        for k in (point, point + 1)
-    )
+    here = f"{number[point]} {text_from_types(third[point], fourth[point])}"
+    after = point + 1
+    there = f"{number[after]} {text_from_types(third[after], fourth[after])}"
     message = (
         f"{segments.noun}s {here} and {there} may not be neighbours (Figure 15): give both one color, or pass a (?,?) "
         "point between them"

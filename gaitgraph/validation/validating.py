@@ -20,8 +20,9 @@ from gaitgraph.gait.table import surface_of
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
 from gaitgraph.validation.physics import report_of
+from gaitgraph.validation.report import check_of
 from gaitgraph.validation.rows import report_of_rows
-from gaitgraph.validation.rules import Criteria, check_of, segments_of
+from gaitgraph.validation.rules import Criteria, segments_of
 from gaitgraph.validation.worst import both
 
 if TYPE_CHECKING:
@@ -178,10 +179,12 @@ def _report_of_table(
 ) -> Report:
     """Return every check of a table: of its rows, and of the motion that it states."""
     body, numbers, stated = surface_of(table, given.vehicle, given.coefficients)
+    if crossing_tolerance is not None:
+        stated = crossing_tolerance
     criteria = Criteria(
         vehicle=body,
         coefficients=numbers,
-        crossing_tolerance=stated if crossing_tolerance is None else crossing_tolerance,
+        crossing_tolerance=stated,
         **limits,
     )
     if table.rounding:
@@ -206,10 +209,10 @@ def _report_of_table(
 def _report_of_motion(table: Table, motion: TimedGait, limits: CheckOptions) -> Report:
     """Return every check of the motion that a table samples, under the limits that the table was made for too."""
     vehicle = motion.gait.vehicle
-    made_for: Any = {
-        f"max_tilt_{kind}": limit
-        for kind, limit in table.limits.items()
-        if getattr(vehicle, f"max_tilt_{kind}") is None
-    }
+    made_for: dict[str, Any] = {}
+    for kind, limit in table.limits.items():
+        name = f"max_tilt_{kind}"
+        if getattr(vehicle, name) is None:
+            made_for[name] = limit
     limited = replace(motion.gait, vehicle=vehicle.replace(**made_for))
     return motion.with_gait(limited).check(**limits)

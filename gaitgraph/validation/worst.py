@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING
@@ -28,27 +29,35 @@ def both(first: Report, second: Report) -> Report:
         other = others.pop(check.name, check)
         is_worse = check.ok and not other.ok
         if check.ok and other.ok:
-            badness, tie = _badness(check), _TIE * abs(check.value or 0.0)
-            is_worse = _badness(other) - badness > tie
-        checks.append(other if is_worse or check.name == "closed" else check)
+            tie = _TIE * abs(check.value or 0.0)
+            is_worse = _badness(other) - _badness(check) > tie
+        takes_other = is_worse or check.name == "closed"
+        checks.append(other if takes_other else check)
+    checks += others.values()
     reach = first
     if first.reachable_from_hover and not second.reachable_from_hover:
         reach = second
+    power = second.hover_power
+    if power is not None:
+        power = first.hover_power
+    thrusts = second.hover_thrusts
+    if thrusts is not None:
+        thrusts = first.hover_thrusts
     return replace(
         second,
-        checks=(*checks, *others.values()),
+        checks=tuple(checks),
         reachable_from_hover=reach.reachable_from_hover,
         reachability=reach.reachability,
-        hover_power=None if second.hover_power is None else first.hover_power,
+        hover_power=power,
         hover_power_over=first.hover_power_over,
-        hover_thrusts=None if second.hover_thrusts is None else first.hover_thrusts,
+        hover_thrusts=thrusts,
     )
 
 
 def _badness(check: Check) -> float:
     """Return a number that is the larger the nearer a check that holds is to its limit."""
     value = check.value or 0.0
-    if check.name in (*RATE_CHECKS, "on_surface", "thrust_limit"):
+    if check.name in RATE_CHECKS or check.name in ("on_surface", "thrust_limit"):
         return value
     if check.name in ("least_singular_value", "hover_thrust"):
         return -value
@@ -62,20 +71,22 @@ def _badness(check: Check) -> float:
 def worst_of(reports: Sequence[Report]) -> Report:
     """Return the report of motions one after another: of each check the worst, and the hover thrusts of all of them."""
     report = reduce(both, reports)
-    thrusts = [one.hover_thrusts for one in reports if one.hover_thrusts is not None]
-    if len(thrusts) < len(reports):
-        return replace(report, hover_thrusts=None)
-    least = min(one[0] for one in thrusts)
-    largest = max(one[1] for one in thrusts)
-    strongest = next(one for one in reports if one.hover_thrusts[1] == largest)  # type: ignore[index]
+    least = math.inf
+    largest = 0.0
+    notes = report.notes
+    for part in reports:
+        if part.hover_thrusts is None:
+            return replace(report, hover_thrusts=None)
+        low, high = part.hover_thrusts
+        least = min(least, low)
+        if high > largest:
+            largest = high
+            notes = part.notes
     text = hover_thrust_text(least, largest)
-    checks = [
-        replace(check, message=text) if check.name == "hover_thrust" else check
-        for check in report.checks
-    ]
+    checks = list(report.checks)
+    for number, check in enumerate(checks):
+        if check.name == "hover_thrust":
+            checks[number] = replace(check, message=text)
     return replace(
-        report,
-        checks=tuple(checks),
-        notes=strongest.notes,
-        hover_thrusts=(least, largest),
+        report, checks=tuple(checks), notes=notes, hover_thrusts=(least, largest)
     )

@@ -53,15 +53,13 @@ def _conventions() -> tuple[Convention, ...]:
         "": (1, 1, 1, 1),
         "alpha3 and alpha4 in degrees (alpha3_deg, alpha4_deg)": (1, 1, degree, degree),
     }
-    found = []
+    conventions = []
     for unit, order, sign in product(units, orders, signs):
-        words = [one for one in (unit, order, sign) if one]
+        words = ", then ".join(filter(None, [unit, order, sign]))
         matrix = np.diag(units[unit])[:, orders[order]] * signs[sign]
-        found.append(
-            Convention(words=", then ".join(words), matrix=matrix, degrees=unit != "")
-        )
-    found.sort(key=lambda one: one.words.count(", then "))
-    return tuple(one for one in found if one.words)
+        conventions.append(Convention(words=words, matrix=matrix, degrees=unit != ""))
+    conventions.sort(key=lambda convention: convention.words.count(", then "))
+    return tuple(conventions[1:])  # without the one that changes nothing
 
 
 _CONVENTIONS = _conventions()
