@@ -450,7 +450,10 @@ class Piece:
     def jump(self, before: Piece, order: int) -> Fraction:
         """Return by how much angles or a derivative jump from the piece before."""
         pairs = zip(four(before.motion[order]), four(self.motion[order]), strict=True)
-        return max(abs(sum(ended, ZERO) - begun[0]) for ended, begun in pairs)
+        largest = ZERO
+        for ended, begun in pairs:
+            largest = max(largest, abs(value_at(ended, Fraction(1)) - begun[0]))
+        return largest
 
     def gap(self, name: str, claim: Any, k: int, before: Piece) -> str:
         """Return the first place of this piece k where a claim is not proved, if any."""

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike, GivenGait
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.validation.report import Report
+    from gaitgraph.validation.report import Check, Report
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _ROOM = 0.01  # share by which claims stay below what is attained
@@ -102,18 +102,16 @@ class Certified(Record):
         }
 
     def __repr__(self) -> str:
-        pieces, claims = len(self.document["pieces"]), ", ".join(self.intervals)
-        return f"<Certified: {pieces} pieces, claims {claims}>"
+        pieces = len(self.document["pieces"])
+        return f"<Certified: {pieces} pieces, claims {', '.join(self.intervals)}>"
 
     def __str__(self) -> str:
-        rows = [
-            (
-                name.replace("_", " "),
-                f"{_shown(claim)}; {self.intervals[name]} intervals",
-            )
-            for name, claim in self.as_mapping()["claims"].items()
-        ]
-        lines = [f"Certified {len(self.document['pieces'])} pieces", *table_lines(rows)]
+        rows = []
+        for name, claim in self.as_mapping()["claims"].items():
+            text = f"{_shown(claim)}; {self.intervals[name]} intervals"
+            rows.append((name.replace("_", " "), text))
+        lines = [f"Certified {len(self.document['pieces'])} pieces"]
+        lines += table_lines(rows)
         lines += [f"warning: {warning}" for warning in self.warnings]
         return "\n".join(lines)
 
@@ -124,7 +122,8 @@ def _shown(claim: dict[str, Any]) -> str:
     for name, value in claim.items():
         shown = value
         if isinstance(value, list):
-            shown = f"({', '.join(f'{float(one):.4g}' for one in value)})"
+            figures = [f"{float(number):.4g}" for number in value]
+            shown = f"({', '.join(figures)})"
         texts.append(f"{name.replace('_', ' ')} {shown}")
     return ", ".join(texts)
 
@@ -203,11 +202,12 @@ def certify(
     intervals = {"joints": len(stated.pieces)}
     for name, claim in claims.items():
         if name != "joints":
-            cover = [
-                _cover(piece, name, claim, k) for k, piece in enumerate(stated.curve)
-            ]
-            claim["cover"] = cover
-            intervals[name] = sum(len(breaks) - 1 for breaks in cover)
+            claim["cover"] = []
+            intervals[name] = 0
+            for k, piece in enumerate(stated.curve):
+                breaks = _cover(piece, name, claim, k)
+                claim["cover"].append(breaks)
+                intervals[name] += len(breaks) - 1
     document = {
         "format": check.FORM["format"],
         "made_by": f"gaitgraph {__version__}",
@@ -298,8 +298,13 @@ def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
         if places is None:
             places = arm * np.array(vehicle.scaled_positions)
     elif places is None:
-        ends = ((arm, 0.0), (0.0, arm), (-arm, 0.0), (0.0, -arm))
-        places = [(x, y, vehicle.rotor_height) for x, y in ends]
+        height = vehicle.rotor_height
+        places = [
+            (arm, 0, height),
+            (0, arm, height),
+            (-arm, 0, height),
+            (0, -arm, height),
+        ]
     drags = vehicle.drag_to_thrust
     if drags is None or vehicle.arm_length is None:
         drags = vehicle.drag_ratio * arm
@@ -307,12 +312,12 @@ def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
         "name": vehicle.name,
         **turning,
         "rotor_positions": _decimals(places),
-        "drag_to_thrust": [decimal(drag) for drag in four_of(drags)],
+        "drag_to_thrust": list(map(decimal, four_of(drags))),
     }
 
 
 def _decimals(vectors: Any) -> list[list[Fraction]]:
-    return [[decimal(part) for part in vector] for vector in vectors]
+    return [list(map(decimal, vector)) for vector in vectors]
 
 
 class _Stated:
@@ -342,7 +347,9 @@ class _Stated:
         The pieces of a smooth gait are straight, and its law rises on each. Two angles instead of four where opposite
         ones are equal. Pieces of no length are left out.
         """
-        timed, alpha, is_smooth = self.timed, self.gait.alpha, False
+        timed = self.timed
+        alpha = self.gait.alpha
+        is_smooth = False
         curve = getattr(timed, "curve", None)
         pieces = getattr(timed, "pieces", None)
         if hasattr(timed, "tilts"):
@@ -377,10 +384,12 @@ class _Stated:
             rest = [decimal(a, digits) for a in row[2:]]
             first = decimal(row[0], GRID)
             curve = [first, decimal(end, GRID) - first - sum(rest), *rest]
-            parts = [abs(float(a) - b) for a, b in zip(curve, row, strict=True)]
-            self.off = max(self.off, sum(parts))
+            off = 0.0
+            for exact, value in zip(curve, row, strict=True):
+                off += abs(float(exact) - value)
+            self.off = max(self.off, off)
             if self.is_smooth:
-                curve = [first, *(curve[1] * rise for rise in _SMOOTH)]
+                curve = [first, *[curve[1] * rise for rise in _SMOOTH]]
             while len(curve) > 1 and curve[-1] == 0:
                 curve.pop()
             alpha.append(curve)
@@ -389,11 +398,10 @@ class _Stated:
 
 def _powers_of(pieces: list[dict[str, Any]]) -> FloatArray:
     """Return the polynomials of exact pieces as floats, highest power first, shape (degree + 1, pieces, angles)."""
-    curves = [piece["alpha"] for piece in pieces]
-    most = max(len(curve) for angles in curves for curve in angles)
-    powers = np.zeros((most, len(curves), len(curves[0])))
-    for k, angles in enumerate(curves):
-        for joint, curve in enumerate(angles):
+    most = max(len(curve) for piece in pieces for curve in piece["alpha"])
+    powers = np.zeros((most, len(pieces), len(pieces[0]["alpha"])))
+    for k, piece in enumerate(pieces):
+        for joint, curve in enumerate(piece["alpha"]):
             for power, factor in enumerate(curve, start=1):
                 powers[-power, k, joint] = float(factor)
     return powers
@@ -425,7 +433,8 @@ def _deviation(stated: _Stated, table: Table | None) -> float:
 
 def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str, Any]:
     """Return the claims without their covers; InputError if an angle is too large."""
-    vehicle, powers = stated.gait.vehicle, stated.powers
+    vehicle = stated.gait.vehicle
+    powers = stated.powers
     copies = 4 // powers.shape[-1]
     count = min(_SAMPLES, _MOST_SAMPLES // len(stated.pieces))
     share = np.linspace(0.0, 1.0, max(2, count))
@@ -436,22 +445,21 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
             f"angles of a certificate must be at most {_MOST_ANGLE} rad in size, got {largest:.6g}"
         )
     shares = matrices.hover_thrust_shares(alpha, vehicle)
-    least = {}
-    for name, values in (
-        ("least_singular_value", matrices.least_singular_value(alpha, vehicle)),
-        ("hover_thrust", shares),
-    ):
-        attained = min(float(np.min(values)), float(report[name].value or 0.0))
-        least[name] = _rounded(attained * (1 - _ROOM), ROUND_FLOOR)
+    singular = matrices.least_singular_value(alpha, vehicle)
     most = _claimed(float(shares.max()), vehicle.thrust_share)
     piece = stated.curve[0]
     start = check.Arc(piece.level, piece.motion[0], Fraction(0), Fraction(0))
     above = check.sign_of_R(start, {"sign": "positive"})[0].low > 0
     claims: dict[str, Any] = {
         "joints": _joints(_with_ends(stated)),
-        "least_singular_value": {"at_least": least["least_singular_value"]},
+        "least_singular_value": {
+            "at_least": _least_claimed(singular, report["least_singular_value"])
+        },
         "sign_of_R": {"sign": "positive" if above else "negative"},
-        "hover_thrust": {"at_least": least["hover_thrust"], "at_most": most},
+        "hover_thrust": {
+            "at_least": _least_claimed(shares, report["hover_thrust"]),
+            "at_most": most,
+        },
     }
     if tilt is not None:
         claims["attitude"] = {"tilt": decimal(tilt, GRID)}
@@ -462,12 +470,18 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
     at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, low)
     at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, high)
     claims["tilt"] = {
-        "at_least": [decimal(angle) for angle in at_least],
-        "at_most": [decimal(angle) for angle in at_most],
+        "at_least": list(map(decimal, at_least)),
+        "at_most": list(map(decimal, at_most)),
     }
     if stated.timed is not None:
         claims |= _claims_by_time(stated.timed, vehicle)
     return claims
+
+
+def _least_claimed(values: Any, judged: Check) -> Fraction:
+    """Return what is claimed of the least of some values, and of what the report found: a little less."""
+    attained = min(float(np.min(values)), float(judged.value or 0.0))
+    return _rounded(attained * (1 - _ROOM), ROUND_FLOOR)
 
 
 def _claims_by_time(timed: Any, vehicle: Vehicle) -> dict[str, Any]:
@@ -507,16 +521,17 @@ def _with_ends(stated: _Stated) -> list[check.Piece]:
 
 def _joints(curve: list[check.Piece]) -> dict[str, Fraction]:
     """Return the largest jumps of rates and accelerations from each piece to the next, rounded up."""
-    out = {}
+    largest = {}
     for order, name in enumerate(check.JUMPS, start=1):
         jumps = [piece.jump(before, order) for before, piece in pairwise(curve)]
-        out[name] = _rounded(float(max(jumps)) * (1 + 1e-9), ROUND_CEILING)
-    return out
+        largest[name] = _rounded(float(max(jumps)) * (1 + 1e-9), ROUND_CEILING)
+    return largest
 
 
 def _cover(piece: check.Piece, name: str, claim: Any, k: int) -> list[Fraction]:
     """Return the break points of intervals of piece k on which a claim is proved; Infeasible if one is not."""
-    breaks, todo = [Fraction(0)], [(Fraction(0), Fraction(1))]
+    breaks = [Fraction(0)]
+    todo = [(Fraction(0), Fraction(1))]
     while todo:
         low, high = todo.pop()
         middle = (low + high) / 2

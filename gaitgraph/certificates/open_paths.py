@@ -36,7 +36,9 @@ def pieces_along(path: TimedGait) -> tuple[list[dict[str, Any]], float]:
 
     Raises Infeasible if it is not at rest at both ends.
     """
-    controls, widths, off = [], [], 0.0
+    controls = []
+    widths = []
+    off = 0.0
     for motion in _motions_of(path):
         for start, end in _intervals(motion):
             control, away = _fitted(motion, start, end)
@@ -58,10 +60,9 @@ def pieces_along(path: TimedGait) -> tuple[list[dict[str, Any]], float]:
     points[:-1, -1] = points[1:, 0] = ends
     if (points[..., :2] == points[..., 2:]).all():
         points = points[..., :2]
-    pieces = [
-        {"alpha": _curves_of(control), "duration": decimal(width)}
-        for control, width in zip(points, widths, strict=True)
-    ]
+    pieces = []
+    for control, width in zip(points, widths, strict=True):
+        pieces.append({"alpha": _curves_of(control), "duration": decimal(width)})
     return pieces, off
 
 
@@ -92,6 +93,8 @@ def _fitted(
     motion: TimedGait | RunUp, start: float, end: float
 ) -> tuple[FloatArray, float]:
     """Return the Bernstein coefficients (6, 4) of a piece, and how far it is from the motion at samples [rad]."""
+    from scipy.special import binom
+
     width = end - start
     inside = _INSIDE * motion.period
     shares = np.linspace(0.0, 1.0, 17)
@@ -111,10 +114,8 @@ def _fitted(
         ]
     )
     orders = np.arange(_DEGREE + 1)
-    choices = np.array([comb(_DEGREE, order) for order in orders])
-    weights = (
-        choices * shares[:, None] ** orders * (1 - shares[:, None]) ** orders[::-1]
-    )
+    weights = binom(_DEGREE, orders) * shares[:, None] ** orders
+    weights *= (1 - shares[:, None]) ** orders[::-1]
     return control, float(np.abs(weights @ control - alpha).max())
 
 
@@ -122,14 +123,12 @@ def _curves_of(control: FloatArray) -> list[list[Fraction]]:
     """Return the exact polynomials of angles, the lowest power first, of their Bernstein coefficients (6, n)."""
     curves = []
     for points in control.T.tolist():
-        exact = [decimal(point, GRID) for point in points]
         curve = []
+        # The power basis has the differences of the points, 0 to 5 of them in a row.
+        differences = [decimal(point, GRID) for point in points]
         for power in range(_DEGREE + 1):
-            terms = [
-                (-1) ** (power - k) * comb(power, k) * exact[k]
-                for k in range(power + 1)
-            ]
-            curve.append(comb(_DEGREE, power) * sum(terms, Fraction(0)))
+            curve.append(comb(_DEGREE, power) * differences[0])
+            differences = [b - a for a, b in pairwise(differences)]
         while len(curve) > 1 and curve[-1] == 0:
             curve.pop()
         curves.append(curve)

@@ -311,7 +311,8 @@ def _without_gait(about: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _side_by_side(columns: Mapping[str, Any], names: Sequence[str]) -> FloatArray:
-    return np.asarray(np.transpose([columns[name] for name in names]))
+    stacked: FloatArray = np.transpose([columns[name] for name in names])
+    return stacked
 
 
 def surface_of(

@@ -75,40 +75,37 @@ def basis_rows(s: npt.ArrayLike, count: int, derivative: int = 0) -> FloatArray:
     from scipy.interpolate import BSpline
 
     around = np.eye(count)[np.arange(count + 3) % count]
-    return np.asarray(
-        BSpline(np.arange(-3, count + 4), around, 3)(np.mod(s, count), derivative)
-    )
+    basis = BSpline(np.arange(-3, count + 4), around, 3)
+    return np.asarray(basis(np.mod(s, count), derivative))
 
 
 @cache
 def hull_matrix(count: int) -> FloatArray:
     """Return the map from `count` control points to the Bézier points of every piece, (count, 4, count), read-only."""
-    piece, k = np.arange(count)[:, None], np.arange(4)
-    out = np.zeros((count, 4, count))
-    out[piece, :, (piece + k) % count] = _BEZIER.T
-    return read_only(out)
+    piece = np.arange(count)[:, None]
+    points = np.zeros((count, 4, count))
+    points[piece, :, (piece + np.arange(4)) % count] = _BEZIER.T
+    return read_only(points)
 
 
 def effort_matrix(count: int) -> FloatArray:
     """Return the cyclic matrix G of the effort, shape (count, count); its null space are the loops that stand still."""
     from scipy.linalg import circulant
 
-    return np.asarray(
-        circulant(np.concatenate([_PRODUCTS, np.zeros(count - 7), _PRODUCTS[:0:-1]]))
-    )
+    around = np.concatenate([_PRODUCTS, np.zeros(count - 7), _PRODUCTS[:0:-1]])
+    return np.asarray(circulant(around))
 
 
 def power_pieces(points: FloatArray, width: float) -> FloatArray:
     """Return the pieces as polynomials in powers of a local parameter from 0 to `width`, highest first, (4, K, 2)."""
     # From the first point, so that a spline that stands still does so exactly.
-    count, moved = len(points), points - points[0]
-    derivatives = (
-        basis_rows(np.arange(count), count, order) @ moved for order in (3, 2, 1, 0)
-    )
-    sizes = (math.factorial(order) * width**order for order in (3, 2, 1, 0))
-    pieces = np.stack(
-        [one / size for one, size in zip(derivatives, sizes, strict=True)]
-    )
+    count = len(points)
+    moved = points - points[0]
+    powers = []
+    for order in (3, 2, 1, 0):
+        derivative = basis_rows(np.arange(count), count, order) @ moved
+        powers.append(derivative / (math.factorial(order) * width**order))
+    pieces = np.stack(powers)
     pieces[3] += points[0]
     return pieces
 
@@ -130,21 +127,20 @@ def control_points_along(
     ends: FloatArray = np.roll(corners, -1, axis=0)
     length = np.linalg.norm(ends - corners, axis=1)
     # A corner's own three count as half of each of its sides.
-    wanted = np.maximum(length / max(length.sum(), 1e-300) * (spare + 3 * m) - 3.0, 0.0)
-    exact = wanted / wanted.sum() * spare if wanted.sum() > 0 else np.full(m, spare / m)
+    share = length / max(length.sum(), 1e-300)
+    wanted = np.maximum(share * (spare + 3 * m) - 3.0, 0.0)
+    exact = np.full(m, spare / m)
+    if wanted.any():
+        exact = wanted / wanted.sum() * spare
     extra = np.floor(exact).astype(np.int64)
-    extra[np.argsort(extra - exact, kind="stable")[: spare - int(extra.sum())]] += 1
-    sides = [
-        np.vstack(
-            [
-                [corner] * 3,
-                corner
-                + (end - corner) * np.arange(1, count + 1)[:, None] / (count + 1),
-            ]
-        )
-        for corner, end, count in zip(corners, ends, extra.tolist(), strict=True)
-    ]
-    return np.concatenate(sides), np.cumsum([0, *(3 + extra[:-1])])
+    most_lacking = np.argsort(extra - exact, kind="stable")
+    extra[most_lacking[: spare - int(extra.sum())]] += 1
+    points: list[FloatArray] = []
+    for corner, end, count in zip(corners, ends, extra.tolist(), strict=True):
+        points += [corner] * 3
+        points += list(np.linspace(corner, end, count + 1, endpoint=False)[1:])
+    knots = np.cumsum(3 + extra) - (3 + extra)
+    return np.array(points), knots
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -162,8 +158,9 @@ class SmoothLoop:
     @property
     def effort(self) -> float:
         """∫ (α̇1² + α̇2²) dt over a period of one second [rad²/s]."""
-        count, from_first = len(self.points), self.points - self.points[0]
-        return float(count * np.sum(from_first * (effort_matrix(count) @ from_first)))
+        count = len(self.points)
+        moved = self.points - self.points[0]
+        return float(count * np.sum(moved * (effort_matrix(count) @ moved)))
 
     def passed(self) -> FloatArray:
         """Return the points at which the discs are passed, shape (n, 2) [rad]."""
@@ -198,13 +195,16 @@ class LeastEffort:
         self.polygon = polygon
         self.discs = discs
         self.clearance = clearance
-        rings = [
-            np.asarray(ring.coords) for ring in (polygon.exterior, *polygon.interiors)
-        ]
-        self._starts = np.concatenate([ring[:-1] for ring in rings])
-        self._ends = np.concatenate([ring[1:] for ring in rings])
-        lines: Any = shapely.linestrings(np.stack([self._starts, self._ends], axis=1))
-        self._sides, self._tree = lines, shapely.STRtree(lines)
+        corners, ring = shapely.get_coordinates(
+            shapely.get_rings(polygon), return_index=True
+        )
+        is_side = ring[1:] == ring[:-1]
+        self._starts = corners[:-1][is_side]
+        self._ends = corners[1:][is_side]
+        self._sides: Any = shapely.linestrings(
+            np.stack([self._starts, self._ends], axis=1)
+        )
+        self._tree = shapely.STRtree(self._sides)
 
     def keeps_inside(self, loop: SmoothLoop) -> bool:
         """Return whether the hull of every piece of the spline lies inside the polygon, clear of its border."""
@@ -225,10 +225,12 @@ class LeastEffort:
         count = len(hulls)
         low = hulls.min(axis=1) - _REACH
         high = hulls.max(axis=1) + _REACH
-        boxes = shapely.box(*(low - self.clearance).T, *(high + self.clearance).T)
-        owner, side = self._tree.query(boxes)
+        corners = np.hstack([low - self.clearance, high + self.clearance])
+        owner, side = self._tree.query(shapely.box(*corners.T))
         shapes: Any = shapely.convex_hull(shapely.multipoints(hulls))
-        normals, offsets, piece = [], [], []
+        normals = []
+        offsets = []
+        piece = []
         for number in range(count):
             sides = np.sort(side[owner == number])
             for normal, offset in self._separating(shapes[number], sides):
@@ -274,9 +276,8 @@ class LeastEffort:
         count = len(loop.points)
         s = np.arange(16 * count + 1) / 16
         on_it = basis_rows(s, count) @ loop.points
-        gone = np.concatenate(
-            [[0.0], np.cumsum(np.linalg.norm(np.diff(on_it, axis=0), axis=1))]
-        )
+        steps = np.linalg.norm(np.diff(on_it, axis=0), axis=1)
+        gone = np.append(0.0, np.cumsum(steps))
         if not gone[-1] > 0:
             return None
         # The curve of equal control points P, P, P is at P in the middle one of them.
@@ -284,7 +285,9 @@ class LeastEffort:
         points = np.column_stack([np.interp(at, gone, on_it[:, k]) for k in range(2)])
         when = np.interp(loop.passes, s, gone) / gone[-1] * count
         even = SmoothLoop(points=points, passes=when - when[0])
-        return even if self.keeps_inside(even) else None
+        if not self.keeps_inside(even):
+            return None
+        return even
 
     def solve(
         self, loop: SmoothLoop, progress: Callable[[str], None] | None = None
@@ -371,26 +374,23 @@ class Program:
 
     def effort(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Return the effort in one second, and its slope."""
-        slope = np.where(
-            (np.arange(len(x)) >= 2) & (np.arange(len(x)) < 2 * self.count), x, 0.0
-        )
+        slope = np.zeros_like(x)
+        modes = slice(2, 2 * self.count)
+        slope[modes] = x[modes]
         return 0.5 * float(slope @ slope), slope
 
     def slack(self, x: FloatArray) -> FloatArray:
         """Return by how much each Bézier point keeps inside each side of its cell."""
-        return np.asarray(
-            self.offsets
-            - np.sum(self.normals * (self.rows @ self.loop_at(x).points), axis=1)
-        )
+        points = self.rows @ self.loop_at(x).points
+        return np.asarray(self.offsets - np.sum(self.normals * points, axis=1))
 
     def slack_slope(self, chosen: BoolArray) -> FloatArray:
         """Return the slopes of chosen slacks, which are constant."""
-        out = np.zeros((int(chosen.sum()), len(self.origin)))
-        slopes = (self.rows[chosen] @ self.shape)[:, :, None] * self.normals[chosen][
-            :, None, :
-        ]
-        out[:, : 2 * self.count] = -slopes.reshape(-1, 2 * self.count)
-        return out
+        of_points = self.rows[chosen] @ self.shape
+        slopes = np.zeros((int(chosen.sum()), len(self.origin)))
+        slopes[:, 0 : 2 * self.count : 2] = -of_points * self.normals[chosen, :1]
+        slopes[:, 1 : 2 * self.count : 2] = -of_points * self.normals[chosen, 1:]
+        return slopes
 
     def at_discs(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the points at the discs, from their centres, shape (n, 2), and the slopes of both coordinates."""
@@ -408,10 +408,12 @@ class Program:
 
     def disc_slack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far inside the discs with an interior the loop passes, r − d²/r, and the slopes."""
-        inner, (off, slopes) = self.round, self.at_discs(x)
-        off, radii = off[inner], self.discs.radii[inner]
+        off, slopes = self.at_discs(x)
+        off = off[self.round]
+        slopes = slopes[:, self.round]
+        radii = self.discs.radii[self.round]
         scaled = -2.0 * off / radii[:, None]
-        slope = scaled[:, :1] * slopes[0, inner] + scaled[:, 1:] * slopes[1, inner]
+        slope = scaled[:, :1] * slopes[0] + scaled[:, 1:] * slopes[1]
         return radii - np.sum(off**2, axis=1) / radii, np.asarray(slope)
 
     def point_gap(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -476,7 +478,8 @@ class Program:
         slope = self.effort(x)[1]
         near = (self.slack(x) < _ACTIVE) & self.on_border
         inside, inside_slope = self.disc_slack(x)
-        touched, equal = inside < _ACTIVE, self.point_gap(x)[1]
+        touched = inside < _ACTIVE
+        _, equal = self.point_gap(x)
         columns = np.concatenate(
             [self.slack_slope(near), inside_slope[touched], equal, -equal]
         ).T
@@ -484,15 +487,11 @@ class Program:
         multipliers, remaining = _nonnegative(columns / size, slope)
         acting = multipliers > 1e-6 * np.linalg.norm(slope)
         borders = int(near.sum())
-        held = np.flatnonzero(self.round)[touched][
-            acting[borders : borders + int(touched.sum())]
-        ]
-        discs = (*held.tolist(), *np.flatnonzero(~self.round).tolist())
-        return (
-            float(remaining / np.linalg.norm(slope)),
-            tuple(sorted(discs)),
-            bool(acting[:borders].any()),
-        )
+        of_discs = acting[borders : borders + int(touched.sum())]
+        held = np.flatnonzero(self.round)[touched][of_discs]
+        discs = np.union1d(held, np.flatnonzero(~self.round))
+        residual = float(remaining / np.linalg.norm(slope))
+        return residual, tuple(discs.tolist()), bool(acting[:borders].any())
 
 
 def _constraint(

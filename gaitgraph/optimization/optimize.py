@@ -201,31 +201,30 @@ class OptimalGait(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        return {
-            **self._named("status", "reason", "objective", "sign"),
-            **self._named("waypoints", "radius", "period", "value", "bound", "effort"),
-            **self._curve_as_mapping(),
-            "history": list(self.history),
-            **verdict_of(self.judged),
-            "warnings": self._warnings(),
-        }
+        answer = self._named("status", "reason", "objective", "sign")
+        answer |= self._named(
+            "waypoints", "radius", "period", "value", "bound", "effort"
+        )
+        answer |= self._curve_as_mapping()
+        answer["history"] = list(self.history)
+        answer |= verdict_of(self.judged)
+        answer["warnings"] = self._warnings()
+        return answer
 
     def _named(self, *names: str) -> dict[str, Any]:
         """Return fields as plain values."""
-        fields = {name: getattr(self, name) for name in names}
-        arrays = {
-            name: value.tolist()
-            for name, value in fields.items()
-            if isinstance(value, np.ndarray)
-        }
-        return fields | arrays
+        fields = {}
+        for name in names:
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray):
+                value = value.tolist()
+            fields[name] = value
+        return fields
 
     def _curve_as_mapping(self) -> dict[str, Any]:
         if self.curve is None:
-            lists: dict[str, Any] = {
-                name: [] for name in ("passed", "times", "path", "colors")
-            }
-            return {"length": None, "optimality": None, **lists}
+            none: dict[str, Any] = {"length": None, "optimality": None}
+            return none | {"passed": [], "times": [], "path": [], "colors": []}
         path = self.curve.polyline(_CHORD)
         return {
             "length": self.curve.length,
@@ -237,7 +236,9 @@ class OptimalGait(Pictured):
 
     def _warnings(self) -> list[str]:
         """Return all warnings."""
-        warnings = [*filter(None, [self.standstill]), *self.warnings]
+        warnings = list(self.warnings)
+        if self.standstill:
+            warnings.insert(0, self.standstill)
         if self.judged is not None:
             warnings += self.judged.warnings
         return warnings
@@ -251,19 +252,23 @@ class OptimalGait(Pictured):
         if self.curve is None or self.judged is None:
             return f"No gait: {self.reason}"
         what, unit, scale = _TEXTS[self.objective]
-        value, bound = (scale * (level or 0.0) for level in (self.value, self.bound))
-        lines = [
-            *filter(None, [self.standstill]),
-            f"{what} {value:.4f}{unit}; any gait through these discs has at most {bound:.4f}{unit}",
-            f"R {'> 0' if self.sign == 'positive' else '< 0'}, length {self.curve.length:.4f} rad, effort "
+        value = scale * (self.value or 0.0)
+        bound = scale * (self.bound or 0.0)
+        relation = "R > 0" if self.sign == "positive" else "R < 0"
+        lines = []
+        if self.standstill:
+            lines.append(self.standstill)
+        lines.append(
+            f"{what} {value:.4f}{unit}; any gait through these discs has at most {bound:.4f}{unit}"
+        )
+        lines.append(
+            f"{relation}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
-            f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}",
-            *self.report.lines,
-            *(
-                f"warning: {warning}"
-                for warning in (*self.warnings, *self.report.warnings)
-            ),
-        ]
+            f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}"
+        )
+        lines += self.report.lines
+        warnings = self.warnings + tuple(self.report.warnings)
+        lines += [f"warning: {warning}" for warning in warnings]
         return "\n".join(lines)
 
 
@@ -595,7 +600,9 @@ class _Search(NamedTuple):
                     vehicle,
                 )
                 apart = f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region"
-                return ", separated by ".join(filter(None, [apart, factor]))
+                if factor:
+                    apart += f", separated by {factor}"
+                return apart
         return "any two of the waypoints share a part of the flyable region, but no part meets all discs"
 
     def _standing(self, shape: BaseGeometry) -> SmoothLoop | None:

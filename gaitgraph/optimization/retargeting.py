@@ -180,8 +180,16 @@ class Retargeted(Pictured):
         names = ("rows", "unchanged", "added", "total", "rms", "largest", "largest_row")
         if self.moved is None:
             return dict.fromkeys(names)
-        figures = (self.unchanged, self.added, self.total, self.rms, *self.largest)
-        return dict(zip(names, (len(self.moved), *figures), strict=True))
+        largest, row = self.largest
+        return {
+            "rows": len(self.moved),
+            "unchanged": self.unchanged,
+            "added": self.added,
+            "total": self.total,
+            "rms": self.rms,
+            "largest": largest,
+            "largest_row": row,
+        }
 
     def _rows_as_mapping(self) -> dict[str, Any]:
         if self.table is None or self.moved is None or self.rows is None:
@@ -224,10 +232,11 @@ class Retargeted(Pictured):
             if not report.flyable:
                 lines.append(f"        {report.reason}")
         lines += [f"warning: {warning}" for warning in self.warnings]
-        told = () if self.table is None else (note_on_ends(self.table.alpha),)
-        return lines + [
-            f"warning: {warning}" for warning in self.after.notes if warning not in told
-        ]
+        told = ""
+        if self.table is not None:
+            told = note_on_ends(self.table.alpha)
+        notes = [note for note in self.after.notes if note != told]
+        return lines + [f"warning: {note}" for note in notes]
 
     @property
     def _little(self) -> str:
@@ -236,9 +245,10 @@ class Retargeted(Pictured):
         kept = f"keeps {100 * share:.0f} % of the motion"
         if share < _STILL:
             kept = "stands still"
-        return "; ".join(
-            filter(None, [f"The nearest flyable gait {kept}", self.advice])
-        )
+        text = f"The nearest flyable gait {kept}"
+        if self.advice:
+            text += f"; {self.advice}"
+        return text
 
 
 def retarget(
@@ -401,7 +411,7 @@ def _described(
         alternatives=tuple(np.sort(totals).tolist()),
         share=share,
         advice=advice,
-        warnings=(*notes, *motion.notes),
+        warnings=tuple(notes) + motion.notes,
     )
 
 
@@ -522,18 +532,18 @@ def _given_table(source: GaitLike) -> Table:
 
 def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:
     """Return a gait's corners as the rows of a table, with times, and what made it."""
-    columns: dict[str, Any] = {} if t is None else {"t": t}
+    columns: dict[str, Any] = {}
+    if t is not None:
+        columns["t"] = t
     columns |= dict(zip(ANGLES, gait.alpha.T.copy(), strict=True))
     if gait.colors:
         columns |= {"color": gait.colors, "types": gait.types, "R": gait.R}
     shared = {
         "vehicle": gait.vehicle.as_mapping(),
         "coefficients": gait.coefficients.kind,
+        "crossing_tolerance": gait.crossing_tolerance,
     }
-    return Table(
-        columns=columns,
-        about={**shared, "crossing_tolerance": gait.crossing_tolerance, **about},
-    )
+    return Table(columns=columns, about=shared | about)
 
 
 def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
@@ -551,7 +561,8 @@ def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
             if path is not None:
                 pieces[k] = np.vstack([plane[k], path[1:-1]])
     new = np.concatenate(pieces)
-    return np.hstack([new, new]), np.cumsum([0, *(len(piece) for piece in pieces[:-1])])
+    lengths = np.array(list(map(len, pieces)))
+    return np.hstack([new, new]), np.cumsum(lengths) - lengths
 
 
 def _times(t: FloatArray, new: _NewRows, closing: bool) -> FloatArray:
