@@ -311,8 +311,7 @@ def _without_gait(about: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _side_by_side(columns: Mapping[str, Any], names: Sequence[str]) -> FloatArray:
-    stacked: FloatArray = np.transpose([columns[name] for name in names])
-    return stacked
+    return np.column_stack([columns[name] for name in names])
 
 
 def surface_of(

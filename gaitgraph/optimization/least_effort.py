@@ -138,7 +138,9 @@ def control_points_along(
     points: list[FloatArray] = []
     for corner, end, count in zip(corners, ends, extra.tolist(), strict=True):
         points += [corner] * 3
-        points += list(np.linspace(corner, end, count + 1, endpoint=False)[1:])
+        points += [
+            corner + (end - corner) * k / (count + 1) for k in range(1, count + 1)
+        ]
     knots = np.cumsum(3 + extra) - (3 + extra)
     return np.array(points), knots
 
@@ -201,10 +203,9 @@ class LeastEffort:
         is_side = ring[1:] == ring[:-1]
         self._starts = corners[:-1][is_side]
         self._ends = corners[1:][is_side]
-        self._sides: Any = shapely.linestrings(
-            np.stack([self._starts, self._ends], axis=1)
-        )
-        self._tree = shapely.STRtree(self._sides)
+        lines: Any = shapely.linestrings(np.stack([self._starts, self._ends], axis=1))
+        self._sides = lines
+        self._tree = shapely.STRtree(lines)
 
     def keeps_inside(self, loop: SmoothLoop) -> bool:
         """Return whether the hull of every piece of the spline lies inside the polygon, clear of its border."""
