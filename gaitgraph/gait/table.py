@@ -435,10 +435,9 @@ def even_times(table: Table) -> FloatArray:
     if table.about.get("samples") == len(t) - 1:
         seconds = table.about.get("period", seconds)
     step = seconds / max(len(t) - 1, 1)
-    is_even = not wrong_times(table, step).any()
-    if not is_even:
-        return t
-    return t[0] + np.arange(len(t)) * step
+    if not wrong_times(table, step).any():
+        t = t[0] + np.arange(len(t)) * step
+    return t
 
 
 def wrong_times(table: Table, step: float) -> npt.NDArray[np.bool_]:
