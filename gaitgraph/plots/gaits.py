@@ -86,7 +86,8 @@ def gait_loop(
     `angles` are two of 1 to 4, `label` is the text in a legend, `width` is in points. With `band` the loop is a pale
     band below all marks, for a map with labels. `ax` are axes such as those of :func:`type_map`; by default new ones.
     """
-    if not is_list(angles) or tuple(angles) not in permutations((1, 2, 3, 4), 2):
+    pairs: list[Any] = list(permutations((1, 2, 3, 4), 2))
+    if not is_list(angles) or tuple(angles) not in pairs:
         raise wrong("angles", "must be a pair of different ones of 1 to 4", angles)
     checked_number("width", width)
     gait = given_gait(gait).gait
