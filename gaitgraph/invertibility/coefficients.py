@@ -241,7 +241,7 @@ def check_symmetric(rotors: Rotors) -> None:
     if rotors.asymmetry is not None:
         raise InputError(
             "vehicle must be mapped to itself by a half turn about body z, with the default axes and spins, to have planes "
-            f"of gaits, got {rotors.asymmetry}; on its curved sheet there are plans, their timing, transitions and missions",
+            f"of gaits, got {rotors.asymmetry}; on its curved sheet there are plans, cycles, their timing, transitions and missions",
             field="vehicle",
         )
 

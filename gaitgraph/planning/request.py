@@ -200,18 +200,16 @@ def _check_curved(request: PlanRequest) -> None:
     """Raise InputError for a choice that needs planes, if the vehicle is not symmetric and its sheet is curved."""
     if request.vehicle.asymmetry is None:
         return
-    choices: dict[str, Any] = {"require": "flyable"}
-    more = ""
+    on_grid = "; the method grid takes others"
+    choices: list[tuple[str, Any, str]] = [("require", "flyable", "")]
     if request.method == "exact":
-        choices |= {"objective": "shortest", "servo_margin": 0.0}
-        more = " by the method exact"
-    for name, only in choices.items():
-        if getattr(request, name) != only:
-            raise wrong(
-                name,
-                f"must be {only!r}{more} for a vehicle that is not symmetric",
-                getattr(request, name),
-            )
+        choices.append(("objective", "shortest", on_grid))
+        choices.append(("servo_margin", 0.0, on_grid))
+    for name, only, hint in choices:
+        value = getattr(request, name)
+        if value != only:
+            rule = f"must be {only!r} for a vehicle that is not symmetric"
+            raise wrong(name, rule, value, hint)
 
 
 def plan_request(
