@@ -209,8 +209,8 @@ def least_period(
     The law is the fastest of those with constant s̈ between nodes; under a jerk limit, the best of a few linear
     programmes of at most 5000 nodes. No law is faster than `lower_bound`. Without a jerk limit the acceleration changes
     over 0.1 % of the period (of a segment's time, where the law rests). Looser limits need not take less time. Along a
-    curved sheet the law rests at the corners and is found at nodes between them; under a jerk limit each leg runs by the
-    law `smooth`, as fast as the bounds of its peaks allow, and a note says so.
+    curved sheet a law that rests at the corners is found at nodes between them; under a jerk limit each leg then runs by
+    the law `smooth`, as fast as the bounds of its peaks allow, and a note says so.
 
     Examples
     --------
