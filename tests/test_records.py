@@ -9,6 +9,7 @@ import math
 import pickle
 from enum import Enum
 from functools import cache
+from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -132,6 +133,9 @@ OTHERS: dict[str, Callable[[], Any]] = {  # that functions return
     "location": lambda: gg.location_of(LOOP, keep_out=[BAR]),
     "mission": lambda: gg.mission(TIMED),
     "paced": lambda: gg.paced(GAIT, LIMITS),
+    "table of a file": lambda: gg.read_table(
+        StringIO("alpha1,alpha2,alpha3,alpha4\n0.1,-0.2,0.1,-0.2"), format="csv"
+    ),
     "rectangular vehicle": lambda: gg.vehicle_named("beetle_art"),
     "refusal": lambda: gg.plan_loop([(1.5, 1.5)]),
     "root arrays": lambda: gg.surface.root_arrays(0.3, 0.2),
@@ -163,6 +167,9 @@ def test_it_is_pickled_copied_and_if_it_is_a_record_comes_back_from_json(
         again = type(made).from_dict(json.loads(text))
         assert json.dumps(again.as_dict()) == text
         others.append(again)
+    elif is_record:
+        with pytest.raises(gg.InputError, match="^mapping must not be that of a "):
+            type(made).from_dict(made.as_dict())
     for other in others:
         assert type(other) is type(made)
         assert str(other) == str(made) or " at 0x" in str(made)

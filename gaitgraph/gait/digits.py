@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitgraph.records import Record
+
 if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
 
@@ -23,7 +25,7 @@ _READ = 100  # numbers that are read as decimals at once
 
 
 @dataclass(frozen=True, slots=True)
-class Digits:
+class Digits(Record):
     """The most decimals and significant digits of a column's numbers, as printed in a `unit` [the column's unit].
 
     `steps` is whether these are steps of a servo, which has nothing between them.

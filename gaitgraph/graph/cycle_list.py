@@ -16,9 +16,10 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from heapq import merge
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 from gaitgraph.angles import checked_number, text_from_angle
+from gaitgraph.errors import wrong
 from gaitgraph.gait.gait import vertices
 from gaitgraph.graph.build import gait_along, metadata_of, vehicle_and_coefficients
 from gaitgraph.graph.walks import (
@@ -34,7 +35,7 @@ from gaitgraph.surface.curved_region import reached_from_hover
 from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     import networkx as nx
 
@@ -55,8 +56,17 @@ class Cycle(ClosedWalk):
     surface: nx.Graph[Any] = field(repr=False, compare=False)
 
     def _constructed_from(self) -> dict[str, Any]:
-        """Return all fields but the graph, without which no cycle is made again."""
+        """Return all fields but the graph."""
         return {"nodes": self.nodes, "length": self.length, "cost": self.cost}
+
+    @classmethod
+    def from_dict(cls, mapping: Mapping[str, Any]) -> Self:
+        """Raise InputError: the mapping of a cycle is without its graph, so it is searched again."""
+        raise wrong(
+            "mapping",
+            "must not be that of a Cycle, which is without its graph",
+            mapping,
+        )
 
     @property
     def sign(self) -> Sign:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,7 @@ from gaitgraph.tolerances import ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import Angle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import networkx as nx
     from shapely import Polygon
@@ -215,10 +215,7 @@ class Region(Pictured):
         return "; ".join(filter(None, reasons)) or near
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the polygons as corners, the accuracy and the names of the conditions.
-
-        A region cannot be made from it again, since its conditions are functions.
-        """
+        """Return the polygons as corners, the accuracy and the names of the conditions."""
         rings = {
             name: [
                 [
@@ -231,6 +228,15 @@ class Region(Pictured):
         }
         names = [condition.name for condition in self.conditions]
         return {**rings, "accuracy": self.accuracy, "conditions": names}
+
+    @classmethod
+    def from_dict(cls, mapping: Mapping[str, Any]) -> Self:
+        """Raise InputError: the conditions of a region are functions, so it is asked for again."""
+        raise wrong(
+            "mapping",
+            "must not be that of a Region, whose conditions are functions",
+            mapping,
+        )
 
     def __and__(self, other: Region) -> Region:
         pair = shapely.intersection(self.pair, other.pair)
