@@ -8,8 +8,7 @@ import click
 
 from gaitgraph.cli.inputs import gait_in
 from gaitgraph.cli.options import (
-    PAPER_GAITS,
-    FileOr,
+    GAIT_FILE,
     common_options,
     period_of_file_option,
     picture_outputs_options,
@@ -24,8 +23,8 @@ if TYPE_CHECKING:
 @click.command(
     "compare", short_help="Two gaits side by side: verdicts, margins, thrusts, rates."
 )
-@click.argument("first", metavar="A", type=FileOr(*PAPER_GAITS))
-@click.argument("second", metavar="B", type=FileOr(*PAPER_GAITS))
+@click.argument("first", metavar="A", type=GAIT_FILE)
+@click.argument("second", metavar="B", type=GAIT_FILE)
 @period_of_file_option
 @picture_outputs_options
 @common_options

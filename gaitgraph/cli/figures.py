@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from gaitgraph.cli.inputs import gait_in
-from gaitgraph.cli.options import PAPER_GAITS, FileOr, common_options, force_option
+from gaitgraph.cli.options import GAIT_FILE, common_options, force_option
 from gaitgraph.cli.output import tell, working
 
 if TYPE_CHECKING:
@@ -21,9 +21,7 @@ _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "margins", "s
 @click.command(
     "figures", short_help="Draw the figures of the paper, or the set of a gait."
 )
-@click.argument(
-    "gait_file", metavar="[GAIT_FILE]", type=FileOr(*PAPER_GAITS), required=False
-)
+@click.argument("gait_file", metavar="[GAIT_FILE]", type=GAIT_FILE, required=False)
 @click.option(
     "--only",
     type=click.Choice(_NAMES),

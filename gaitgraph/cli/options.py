@@ -211,9 +211,8 @@ def common_options(function: FC) -> FC:
     return vehicle(coefficients_option(json_option(function)))
 
 
-gait_file_argument = click.argument(
-    "gait_file", metavar="GAIT_FILE", type=FileOr(*PAPER_GAITS)
-)
+GAIT_FILE = FileOr(*PAPER_GAITS)
+gait_file_argument = click.argument("gait_file", metavar="GAIT_FILE", type=GAIT_FILE)
 request_file_argument = click.argument(
     "request_file", metavar="[REQUEST.toml]", type=click.Path(), required=False
 )

@@ -12,9 +12,8 @@ import click
 from gaitgraph.cli.inputs import request_of
 from gaitgraph.cli.options import (
     COUNT,
-    PAPER_GAITS,
+    GAIT_FILE,
     Angle,
-    FileOr,
     Whole,
     color_option,
     common_options,
@@ -100,7 +99,7 @@ def _lines_of_roots(
 @click.command(
     "colorings", short_help="Every Two-Color-consistent colouring of a loop."
 )
-@click.argument("loop_file", metavar="GAIT_FILE_OR_REQUEST", type=FileOr(*PAPER_GAITS))
+@click.argument("loop_file", metavar="GAIT_FILE_OR_REQUEST", type=GAIT_FILE)
 @click.option(
     "--sign",
     type=click.Choice(["auto", "positive", "negative"]),

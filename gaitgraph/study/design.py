@@ -53,6 +53,9 @@ _INERTIA = ("inertia_x", "inertia_y", "inertia_z")
 _SPEED = 20.0  # seconds of flight that a process flies in a second, for estimates
 _MOST_OF_A_BATCH = 64
 _BATCHES = 64
+_FIELDS = (
+    "name", "vehicles", "gaits", "biases", "periods", "attitudes", "flight", "sample", "anyway",
+)  # fmt: skip
 _REQUESTED = [
     name for name in REQUEST_FIELDS if name not in ("vehicle", "period")
 ]  # these two are axes of a study
@@ -90,7 +93,7 @@ class Model(Record):
     varied: Mapping[str, Axis] = field(default_factory=dict)
 
     def __len__(self) -> int:
-        return math.prod(len(axis) for axis in self.varied.values())
+        return math.prod(map(len, self.varied.values()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -212,7 +215,7 @@ class Study(Record):
             if vehicle < len(model):
                 break
             vehicle -= len(model)
-        shape = [len(axis) for axis in model.varied.values()]
+        shape = tuple(map(len, model.varied.values()))
         varied = {}
         for name, place in zip(
             model.varied, np.unravel_index(vehicle, shape), strict=True
@@ -333,8 +336,7 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     InputError, FileProblem
         If anything is malformed, or there are more than a million cases.
     """
-    fields = ("name", "vehicles", "gaits", "biases", "periods", "attitudes", "flight")
-    check_fields("the study", content, (*fields, "sample", "anyway"))
+    check_fields("the study", content, _FIELDS)
     name, anyway = str(content.get("name", "study")), content.get("anyway", False)
     if not isinstance(anyway, bool):
         raise wrong("anyway", "must be true or false", anyway)
@@ -429,7 +431,7 @@ def _axis_of(
     if "count" not in content and random:
         return Range(low, high)
     count = whole_number(f"{name}.count", content.get("count"), 2, MOST_CASES)
-    return *(low + (high - low) * k / (count - 1) for k in range(count - 1)), high
+    return tuple(np.linspace(low, high, count).tolist())
 
 
 def _period_of(value: Any) -> float:
