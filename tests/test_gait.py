@@ -328,7 +328,7 @@ def test_provenance_is_read_back_and_what_is_broken_is_refused() -> None:
     assert about_from_text(provenance_text(made), required=True) == made.about
     assert about_from_text("measured") == about_from_text(None) == {}
     for text in ("measured", "[1]", '{"format": "another"}'):
-        with pytest.raises(gg.InputError, match="the provenance in the file"):
+        with pytest.raises(gg.InputError, match="^made_by must be the JSON"):
             about_from_text(text, required=True)
     nested: Any = 1.0
     for _ in range(98):

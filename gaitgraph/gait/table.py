@@ -354,11 +354,11 @@ def about_from_text(text: object, *, required: bool = False) -> dict[str, Any]:
     try:
         content = json.loads(text)
     except (RecursionError, ValueError) as error:
-        raise InputError(
-            "the provenance in the file must be the JSON that gaitgraph writes"
+        raise wrong(
+            "made_by", "must be the JSON that gaitgraph writes", text
         ) from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise InputError("the provenance in the file was not written by gaitgraph")
+        raise wrong("made_by", "must be the JSON that gaitgraph writes", text)
     return checked_about(content.get("about"))
 
 

@@ -56,7 +56,8 @@ if TYPE_CHECKING:
 _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(
     ANGLES[2:], 1e6
 )  # beyond 1e6 a float carries no angle
-_LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS, *THRUSTS), 1e12) | {"t": 1e9}
+_LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS, *THRUSTS), 1e12)
+_LARGEST |= {"t": 1e11}  # Unix time too
 _SHORTEST_STEP = 1e-9
 _TIMES = {"time": 1.0, "t_ms": 1e3, "time_ms": 1e3, "t_us": 1e6, "time_us": 1e6}
 """Other names of the column t, and their units in one second."""
@@ -163,8 +164,24 @@ def table_of_columns(
         on_times = _notes_on_times(columns["t"], about)
         _warn_of(on_times, source)
         notes += on_times
+    on_rates = _notes_on_lone_rates([*columns])
+    _warn_of(on_rates, source)
+    notes += on_rates
     columns = {name: columns[name] for name in wanted.order if name in columns}
     return Table(columns=columns, about=about, digits=digits, notes=tuple(notes))
+
+
+def _notes_on_lone_rates(names: list[str]) -> list[str]:
+    """Return a note on rates, and on accelerations, that are not there for all angles, or without times."""
+    notes = []
+    for kind in (RATES, ACCELERATIONS):
+        given = [name for name in kind if name in names]
+        if given and ("t" not in names or len(given) < len(kind)):
+            listed = ", ".join(given)
+            notes.append(
+                f"columns not used: {listed}, which are used with t and for all four angles"
+            )
+    return notes
 
 
 def _check_names(names: list[str], wanted: Wanted) -> str:
