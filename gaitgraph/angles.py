@@ -201,6 +201,11 @@ def checked_number(
     return number
 
 
+def checked_floor(floor: object) -> float:
+    """Return a floor of the least singular value, dimensionless, from 0 to 1e12, or raise InputError."""
+    return checked_number("floor", floor, "a number from 0 to 1e12", most=1e12)
+
+
 def whole_number(name: str, value: object, low: int, high: int) -> int:
     """Return a whole number, Python's or numpy's, or raise InputError by its name.
 

@@ -49,7 +49,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import checked_number, number_of
+from gaitgraph.angles import checked_floor, number_of
 from gaitgraph.errors import (
     ContractError,
     InputError,
@@ -137,7 +137,7 @@ def surface_graph(
     divisions = checked_divisions(divisions)
     checked_choice("sign", sign, ("positive", "negative"))
     check_kind("zones", zones, Zones, type(None))
-    floor = checked_number("floor", floor)
+    floor = checked_floor(floor)
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)
     wanted = 1.0 if sign == "positive" else -1.0

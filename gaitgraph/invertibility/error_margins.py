@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, checked_number
+from gaitgraph.angles import HALF_PI, checked_floor, checked_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.invertibility.forms import FloatArray, Sines, level_of, rotors_of
 from gaitgraph.invertibility.matrices import tilt_angles
@@ -314,7 +314,7 @@ class _Search:
         self, points: npt.ArrayLike, vehicle: VehicleLike, floor: float, kind: Kind
     ) -> None:
         self.points = tilt_angles(points).reshape(-1, 4)
-        self.hover = _Hover(vehicle_named(vehicle), checked_number("floor", floor))
+        self.hover = _Hover(vehicle_named(vehicle), checked_floor(floor))
         self.kind = kind
         first = self.hover.matrices(self.points[:1], np.zeros((1, 4)))
         self.sign = float(np.sign(np.linalg.det(first))[0])

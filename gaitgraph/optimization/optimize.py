@@ -23,6 +23,7 @@ import shapely
 from gaitgraph.angles import (
     HALF_PI,
     angle_within,
+    checked_floor,
     checked_number,
     is_list,
     number_of,
@@ -335,7 +336,7 @@ def optimal_gait(
         raise wrong("concession", "must be above 0 and at most 0.5", concession)
     vehicle = vehicle_named(vehicle)
     check_symmetric(rotors_of(vehicle))
-    floor = checked_number("floor", floor)
+    floor = checked_floor(floor)
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
     pieces = min(max(36, 12 * len(discs.radii)), 240) if pieces is None else pieces

@@ -21,7 +21,7 @@ import numpy as np
 import shapely
 from shapely.affinity import translate
 
-from gaitgraph.angles import angle_within, checked_number, number_of
+from gaitgraph.angles import angle_within, checked_floor, number_of
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Advice, Infeasible, wrong
 from gaitgraph.gait.gait import Gait
@@ -303,7 +303,7 @@ def retarget(
     >>> answer.table.alpha[0].round(3).tolist()
     [0.45, -1.15, 0.45, -1.15]
     """
-    floor = checked_number("floor", floor)
+    floor = checked_floor(floor)
     margin = angle_within(margin, "margin", least=0.0)
     if keep is not None and not 0 < number_of(keep) <= 1:
         raise wrong("keep", "must be above 0 and at most 1", keep)

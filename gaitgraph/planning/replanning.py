@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 import shapely
 
-from gaitgraph.angles import angles_from, checked_number
+from gaitgraph.angles import angles_from, checked_floor, checked_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Infeasible, checked_choice, wrong
 from gaitgraph.gait.gait import Gait
@@ -166,7 +166,7 @@ class Replanner:
                     f"must state no {name}, since corners are passed at speed",
                     limit,
                 )
-        self.floor = checked_number("floor", floor)
+        self.floor = checked_floor(floor)
         self._most_rates = _most_rates(self.vehicle, rate)
         self.region = admissible_region(
             self.vehicle,

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from gaitgraph.angles import checked_number
+from gaitgraph.angles import checked_floor
 from gaitgraph.errors import (
     InputError,
     check_fields,
@@ -139,7 +139,7 @@ class PlanRequest(Record):
             "keep_in": zones.keep_in,
             "accuracy": checked_accuracy(self.accuracy),
             "period": float(self.period),
-            "floor": checked_number("floor", self.floor),
+            "floor": checked_floor(self.floor),
             "servo_margin": checked_servo_margin(self.servo_margin, self.require),
             "merged": self.merged + len(points) - len(groups),
         }

@@ -19,7 +19,7 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, checked_number, number_of
+from gaitgraph.angles import HALF_PI, checked_floor, number_of
 from gaitgraph.errors import Infeasible, InputError, wrong
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.given import given_gait
@@ -310,7 +310,7 @@ def transition(
         )
     if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
         raise wrong("duration", "must be between 1e-6 and 5e8 s", duration)
-    floor = checked_number("floor", floor)
+    floor = checked_floor(floor)
     answer = Transition(
         there_and_back=None,
         reason=None,

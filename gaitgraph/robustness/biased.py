@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import shapely
 
-from gaitgraph.angles import angle_within, checked_number, percent, whole_number
+from gaitgraph.angles import angle_within, checked_floor, percent, whole_number
 from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.given import given_gait
 from gaitgraph.invertibility.coefficients import Coefficients, coefficients_of
@@ -378,7 +378,7 @@ def robustness_of(
         tolerance=tolerance,
         rounding=rounding,
         curves=curves,
-        floor=checked_number("floor", floor),
+        floor=checked_floor(floor),
     )
     sweep = []
     for scaling, factor in factors:

@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI, angle_within, checked_number, figures_apart
+from gaitgraph.angles import (
+    HALF_PI,
+    angle_within,
+    checked_floor,
+    checked_number,
+    figures_apart,
+)
 from gaitgraph.errors import InputError, check_kind, checked_choice
 from gaitgraph.invertibility import error_margins, matrices
 from gaitgraph.invertibility.coefficients import check_symmetric, coefficients_of
@@ -452,7 +458,7 @@ def singular_value_region(
     >>> [round(singular_value_region(floor).area, 3) for floor in (0.05, 0.5, 1.1, 1.2)]
     [9.138, 3.766, 0.061, 0.0]
     """
-    floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
+    floor, accuracy = checked_floor(floor), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
     limit = _bound(
         "least singular value",
@@ -503,7 +509,7 @@ def servo_margin_region(
     """
     signs = _checked_signs("red", sign)
     margin = angle_within(margin, "servo_margin", HALF_PI, least=0.0)
-    floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
+    floor, accuracy = checked_floor(floor), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
     accuracy = max(accuracy, _FINEST)
     bearing = [_bearing_thrusts(margin, wanted, vehicle, accuracy) for wanted in signs]
@@ -691,7 +697,7 @@ def admissible_region(
     _checked_signs(color, sign)
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)
-    floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
+    floor, accuracy = checked_floor(floor), checked_accuracy(accuracy)
     if vehicle.asymmetry is None:
         region = _admissible(
             vehicle, require, color, sign, coefficients, floor, accuracy

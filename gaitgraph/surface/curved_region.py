@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI, angle_within, checked_number
+from gaitgraph.angles import HALF_PI, angle_within, checked_floor
 from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import level_of, rotors_of
@@ -55,7 +55,7 @@ def sheet_region(
     vehicle = vehicle_named(vehicle)
     if sign is not None:
         checked_choice("sign", sign, SIGNS)
-    floor = checked_number("floor", floor)
+    floor = checked_floor(floor)
     # A tenth of it takes ten times the squares: a thousandth of a radian takes some seconds.
     accuracy = angle_within(accuracy, "accuracy", 0.1, least=1e-3)
     return _region(vehicle, sign, floor, accuracy)

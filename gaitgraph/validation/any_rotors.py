@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitgraph import later
-from gaitgraph.angles import angles_from, checked_number, figure
+from gaitgraph.angles import angles_from, checked_floor, figure
 from gaitgraph.errors import InputError, wrong
 from gaitgraph.gait.table import is_closed
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
@@ -69,7 +69,7 @@ def validate_geometry(
         raise wrong(
             "geometry", "must be a Geometry", geometry, "; validate judges vehicles"
         )
-    floor = checked_number("floor", floor)
+    floor = checked_floor(floor)
     alpha, repeats = _rows_of(table, geometry)
     is_path = (once or not repeats) and len(alpha) > 1
     segments = _segments_of(alpha, is_path)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitgraph.angles import angle_within, checked_number
+from gaitgraph.angles import angle_within, checked_floor, checked_number
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.invertibility.coefficients import is_red
 from gaitgraph.invertibility.forms import FloatArray, Sines
@@ -78,7 +78,8 @@ class Criteria:
     passing: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("tolerance", "floor", "crossing_tolerance"):
+        checked_floor(self.floor)
+        for name in ("tolerance", "crossing_tolerance"):
             checked_number(name, getattr(self, name))
         if self.angle_rounding is not None:
             rounding = angle_within(self.angle_rounding, "angle_rounding", least=0.0)
