@@ -104,7 +104,7 @@ def _servo_margins(
     middles = (starts + ends) / 2
     rotors = rotors_of(vehicle)
     if rotors.asymmetry is not None:
-        on_sheet = sheet_of(rotors).angles(*middles[:, :2].T)
+        on_sheet = sheet_of(rotors).angles(middles[:, 0], middles[:, 1])
         middles[:, 2:] += wrapped(on_sheet - middles[:, 2:])
     places = np.concatenate([starts, ends, middles])
     distinct, number = np.unique(np.round(places, 12), axis=0, return_inverse=True)

@@ -74,7 +74,8 @@ class Nodes(NamedTuple):
         for k, angles in enumerate(self.alpha.tolist()):
             node: dict[str, Any] = dict(zip(ANGLES, angles, strict=True))
             if with_types:
-                node["types"] = text_from_types(*self.types[k].tolist())
+                third, fourth = self.types[k].tolist()
+                node["types"] = text_from_types(third, fourth)
             node["color"] = "red" if self.red[k] else "blue"
             node["R"] = float(self.R[k])
             yield node

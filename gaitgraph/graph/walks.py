@@ -256,7 +256,9 @@ def _check_stops(graph: nx.Graph[Any], stops: Sequence[Sequence[Any]]) -> None:
 def _blocked_leg(stops: Sequence[Sequence[Any]], paths: _Paths) -> int:
     """Return the first leg that no path serves; the last one if each has a path, but not from the same nodes."""
     for leg, ends in enumerate(pairwise(stops)):
-        if all(math.isinf(paths.cost(a, b)) for a, b in product(*ends)):
+        starts, targets = ends
+        costs = [paths.cost(a, b) for a, b in product(starts, targets)]
+        if math.isinf(min(costs)):
             return leg
     return len(stops) - 1
 
