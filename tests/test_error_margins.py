@@ -29,11 +29,11 @@ def some_vehicle(rng: np.random.Generator) -> Vehicle:
     return symmetric_vehicle(rng).replace(max_thrust=float(rng.choice([4.0, 8.0])))
 
 
-def some_gait(vehicle: Vehicle, rng: np.random.Generator) -> Any:
+def some_gait(vehicle: Vehicle, rng: np.random.Generator, floor: float = 0.05) -> Any:
     """Return the corners of a gait on red near hover, closed; None if it cannot fly."""
     corners = rng.uniform(-0.5, 0.5, 2) + rng.uniform(-0.2, 0.2, (4, 2))
     points = closed(np.tile(corners, 2))
-    return points if servo_margin(points, vehicle).proven else None
+    return points if servo_margin(points, vehicle, floor=floor).proven else None
 
 
 def reserve(vehicle: Vehicle, floor: float, alpha: Any, drag_errors: Any) -> Any:
@@ -106,7 +106,8 @@ def test_hover_bears_the_angle_of_the_drag_and_the_best_posture_45_degrees(
 
 
 @pytest.mark.parametrize("kind", SEARCHES)
-@pytest.mark.parametrize("seed", seeds(4))
+# Seed 901: rounding hides the condition at the found size of drag errors itself.
+@pytest.mark.parametrize("seed", sorted({*seeds(4), 901}))
 def test_no_errors_within_the_margin_break_a_condition_and_the_found_ones_do(
     seed: int, kind: str
 ) -> None:
@@ -114,7 +115,7 @@ def test_no_errors_within_the_margin_break_a_condition_and_the_found_ones_do(
     points = None
     while points is None:
         vehicle = some_vehicle(rng)
-        points = some_gait(vehicle, rng)
+        points = some_gait(vehicle, rng, floor)
     begin = time.process_time()
     margin = SEARCHES[kind](points, vehicle, floor=floor)
     assert time.process_time() - begin < 2.0

@@ -448,7 +448,10 @@ class _Search:
         signs = np.full(len(places), self.sign)
         sizes = self.sizes_found(self._at(places), _BISECTIONS, signs)
         worst = int(sizes.argmin())
-        conditions = self._broken(self._at(places[[worst]]), sizes[[worst]])[0]
+        beyond = sizes[[worst]]
+        if beyond < _LARGEST[self.kind]:
+            beyond = beyond * (1 + _SLACK)  # rounding hides it at the size itself
+        conditions = self._broken(self._at(places[[worst]]), beyond)[0]
         corner = int((conditions > 0).argmax())
         size, errors = float(sizes[worst]), np.zeros(4)
         if conditions[corner]:
