@@ -364,7 +364,9 @@ def robustness_of(
     factors += [("scaled", factor) for factor in checked_factors("scale", scale)]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
     segments, body = _closed_segments(gait, vehicle)
-    numbers = coefficients_of(body, coefficients or "exact")
+    if coefficients is None:
+        coefficients = "exact"
+    numbers = coefficients_of(body, coefficients)
     if angle_rounding is None:
         rounding = _angle_error(segments.alpha, numbers)
     else:
