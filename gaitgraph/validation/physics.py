@@ -323,18 +323,20 @@ def _idle_or_down(
     segments: Segments, vehicle: Vehicle, brackets: Brackets
 ) -> tuple[str, float | None, GaitPoint]:
     """Return that thrusts are not positive, in words, the least share of the weight if it is known, and where."""
-    segment = int(np.argmin(brackets.upward))
-    shares = hover_thrust_shares(segments.alpha[segment : segment + 2], vehicle)
-    end = int(np.argmin(shares.min(axis=1)))  # the first that is not a number, if any
-    least = float(shares[end].min())
+    down = np.flatnonzero(~brackets.upward)
+    ends = np.union1d(down, down + 1)
+    shares = hover_thrust_shares(segments.alpha[ends], vehicle).min(axis=1)
+    worst = int(np.argmin(shares))  # the first that is not a number, if any
+    least = float(shares[worst])
     value = None
     size = ""
     if least > 0:
-        # Both ends are fine: something vanishes between them.
-        start, stop = segments.starts[segment], segments.ends[segment]
-        place = segments.place(segment, where_thrusts_vanish(start, stop, vehicle))
+        # All ends are fine: something vanishes between them.
+        first = int(down[0])
+        start, stop = segments.starts[first], segments.ends[first]
+        place = segments.place(first, where_thrusts_vanish(start, stop, vehicle))
     else:
-        place = segments.place(segment + end)
+        place = segments.place(int(ends[worst]))
         value = least
         if math.isfinite(least):
             printed = 0.0 if abs(least) <= IDLE_SHARE else least
@@ -344,9 +346,9 @@ def _idle_or_down(
         idle = f", where {idle} idle"
     advice = "keep away from there"
     if vehicle.asymmetry is None:
-        first, second = level_of_vehicle(vehicle).crossings
-        sides = f"α1 < {first:.4f} and α2 > {second:.4f}"
-        if math.isclose(first, -second):
+        line1, line2 = level_of_vehicle(vehicle).crossings
+        sides = f"α1 < {line1:.4f} and α2 > {line2:.4f}"
+        if math.isclose(line1, -line2):
             sides = "α1 < δ and α2 > −δ"
         advice = f"keep β1 and β2 of opposite signs ({sides}, or both the other way)"
     refusal = f"hover thrusts are not positive{size} at {place}{idle}: {advice}"
