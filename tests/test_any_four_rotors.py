@@ -321,7 +321,14 @@ def test_commands_judge_its_tables_and_refuse_the_rest_in_one_line(
     gg.export(gg.lift([(-0.4, 0.4), (-0.4, 1.0), (-1.0, 0.4)], "red"), saved, samples=8)
     content = json.loads(saved.read_text())
     content["about"] |= {"vehicle": ODD.as_mapping(), "coefficients": "exact"}
-    del content["columns"]["R"]  # that of the other vehicle
+    for name in (
+        "R",
+        "thrust1",
+        "thrust2",
+        "thrust3",
+        "thrust4",
+    ):  # of the other vehicle
+        del content["columns"][name]
     saved.write_text(json.dumps(content))
     rows = [f"{k},{','.join(map(str, row))},red" for k, row in enumerate(ROWS.tolist())]
     colored.write_text("\n".join(["t,alpha1,alpha2,alpha3,alpha4,color", *rows, ""]))
