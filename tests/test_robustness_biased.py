@@ -298,3 +298,19 @@ def test_what_people_read(report_of_3: RobustnessReport) -> None:
     bounded = replace(report_of_3, gait=replace(plain, acceptable=acceptable), sweep=())
     line = "(error below 0.3 %; the requested 0.001 % is not reached)"
     assert line in str(bounded)
+
+
+@pytest.mark.parametrize("eta", [None, 0.9])
+def test_the_errors_that_a_timed_gait_does_not_bear_have_their_time(
+    eta: float | None,
+) -> None:
+    gait = gg.lift([(-0.4, 0.4), (-0.4, 1.1), (-1.1, 0.8)], "red")
+    report = gg.robustness_of(gait.parametrize(1.5), bias=() if eta is None else eta)
+    told = (report.sweep or (report.gait,))[0].as_mapping()
+    for name in ("servo_margin", "drag_margin"):
+        if told[f"{name}_where"] is not None:
+            motion = gait.biased(eta or 1.0).parametrize(1.5)
+            alpha = motion.at(told[f"{name}_t"]).alpha
+            np.testing.assert_allclose(told[f"{name}_where"]["alpha"], alpha, atol=1e-3)
+    untimed = gg.robustness_of(gait).gait.as_mapping()
+    assert untimed["servo_margin_t"] is None

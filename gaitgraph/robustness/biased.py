@@ -35,6 +35,7 @@ from gaitgraph.robustness.attitudes import (
 )
 from gaitgraph.surface.sheets import sheet_distances
 from gaitgraph.texts import table_lines
+from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
 from gaitgraph.validation.report import GaitPoint
 from gaitgraph.validation.rules import Segments, segments_of
@@ -55,6 +56,7 @@ DEFAULT_TILT = math.radians(30)
 _BRACKET = 5e-4
 _MOST_CURVES = 10_000
 _POINTS_OF_A_CURVE = 61
+_TIMES = 10_001  # of a period, at which a motion is compared with a place
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,6 +71,7 @@ class Robustness(Record):
     bracket (lower, upper) of the least singular value at the worst attitude within `tilt` [rad]: at `singular_where`
     and (roll, pitch) `singular_attitude`. `curves` are singular curves at places spread evenly over the gait.
     Margins of servos and drags, computed when they are first asked for, keep the least singular value at `floor`.
+    `motion` is that of the unscaled gait, None if it has no timing.
     """
 
     scaling: Scaling
@@ -83,6 +86,7 @@ class Robustness(Record):
     singular_attitude: tuple[float, float]
     curves: tuple[tuple[GaitPoint, SingularCurve], ...]
     segments: Segments = field(repr=False, compare=False)
+    motion: TimedGait | None = field(repr=False, compare=False)
     vehicle: Vehicle = field(repr=False)
     floor: float
 
@@ -95,6 +99,14 @@ class Robustness(Record):
     def drag_margin(self) -> ErrorMargin:
         """The largest relative errors of the drag ratios that the gait bears in level flight."""
         return drag_margin(self.segments.alpha, self.vehicle, floor=self.floor)
+
+    def time_of(self, place: GaitPoint) -> float | None:
+        """Return when the gait is at a place, the first time if it comes back, to 1e-4 of its period [s]; None without timing."""
+        if self.motion is None:
+            return place.t
+        t = np.linspace(0.0, self.motion.period, _TIMES)
+        alpha = self.motion.at(t).alpha * _factors_of_angles(self.scaling, self.factor)
+        return float(t[np.abs(alpha - place.alpha).max(axis=1).argmin()])
 
     @property
     def tilt_margin(self) -> float | None:
@@ -173,17 +185,20 @@ class Robustness(Record):
         ):
             found = None
             where = None
+            time = None
             reason = "no larger errors are searched"
             if margin.found is not None:
                 found = scale * margin.found
                 place = self.segments.place(margin.segment, margin.fraction)
                 where = place.as_mapping()
+                time = self.time_of(place)
                 reason = margin.reason
             answer |= {
                 f"{name}{unit}": scale * margin.proven,
                 f"{name}_found{unit}": found,
                 f"{name}_errors{unit}": (scale * margin.errors).tolist(),
                 f"{name}_where": where,
+                f"{name}_t": time,
                 f"{name}_reason": reason,
             }
         return answer
@@ -298,7 +313,11 @@ def _error_margins_in_words(one: Robustness) -> list[str]:
         else:
             found = math.ceil(10 * scale * margin.found) / 10
             place = one.segments.place(margin.segment, margin.fraction)
-            text += f"; with {found:.1f}{unit}, at {place}, {margin.reason}"
+            time = one.time_of(place)
+            if time is not None:
+                text += f"; with {found:.1f}{unit}, at t = {time:.4g} s, {place}, {margin.reason}"
+            else:
+                text += f"; with {found:.1f}{unit}, at {place}, {margin.reason}"
         lines.append(text)
     return lines
 
@@ -363,7 +382,7 @@ def robustness_of(
     ]
     factors += [("scaled", factor) for factor in checked_factors("scale", scale)]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
-    segments, body = _closed_segments(gait, vehicle)
+    segments, motion, body = _closed_segments(gait, vehicle)
     if coefficients is None:
         coefficients = "exact"
     numbers = coefficients_of(body, coefficients)
@@ -374,6 +393,7 @@ def robustness_of(
     robustness_when = partial(
         _robustness_when,
         segments=segments,
+        motion=motion,
         vehicle=body,
         numbers=numbers,
         tilt=tilt,
@@ -402,6 +422,7 @@ def _robustness_when(
     factor: float,
     *,
     segments: Segments,
+    motion: TimedGait | None,
     vehicle: Vehicle,
     numbers: Coefficients,
     tilt: float,
@@ -411,9 +432,8 @@ def _robustness_when(
     floor: float,
 ) -> Robustness:
     """Return how robust the gait along some segments is when it is scaled."""
-    first_two = 1.0 if scaling == "biased" else factor
-    of_each = np.array([first_two, first_two, factor, factor])
-    moved = replace(segments, alpha=segments.alpha * of_each)
+    moved_alpha = segments.alpha * _factors_of_angles(scaling, factor)
+    moved = replace(segments, alpha=moved_alpha)
     margin = least_tilt_margin(moved.alpha, numbers, angle_rounding=rounding)
     where = moved.place(margin.segment, margin.fraction)
     direction = None
@@ -445,20 +465,27 @@ def _robustness_when(
         singular_attitude=attitude,
         curves=tuple(drawn),
         segments=moved,
+        motion=motion,
         vehicle=vehicle,
         floor=floor,
     )
 
 
+def _factors_of_angles(scaling: Scaling, factor: float) -> FloatArray:
+    """Return by what each of the four angles is multiplied."""
+    first_two = factor if scaling == "scaled" else 1.0
+    return np.array([first_two, first_two, factor, factor])
+
+
 def _closed_segments(
     gait: GaitLike, vehicle: VehicleLike | None
-) -> tuple[Segments, Vehicle]:
-    """Return the segments of a closed gait, and its vehicle."""
+) -> tuple[Segments, TimedGait | None, Vehicle]:
+    """Return the segments of a closed gait, its motion if it is known, and its vehicle."""
     given = given_gait(gait, vehicle=vehicle)
     if given.table is not None and given.motion is None:
         rows, times = given.rows
-        return segments_of(rows, "row", times), rows.vehicle
-    return segments_of(given.gait), given.gait.vehicle
+        return segments_of(rows, "row", times), None, rows.vehicle
+    return segments_of(given.gait), given.motion, given.gait.vehicle
 
 
 def _angle_error(alpha: FloatArray, coefficients: Coefficients) -> float:
