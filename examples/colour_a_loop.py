@@ -61,9 +61,9 @@ print(
 )
 
 # %%
-# Blue has R > 0 left of α1 = 2δ − π/2, and red above the diagonal. So no color has R < 0 at both points; the obstacle
+# Blue has R > 0 left of α1 = 2δ − π/2, and red above the diagonal. So no color has R < 0 at both points; the refusal
 # states them.
 
 found = gg.colorings([(-1.55, 0.0), (-0.4, 0.4)], sign="negative")
 print(found)
-print(found.obstacles["negative"].points, found.obstacles["negative"].types)
+print(found.refusals["negative"].points, found.refusals["negative"].types)

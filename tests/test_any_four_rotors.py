@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
@@ -352,3 +353,11 @@ def test_commands_judge_its_tables_and_refuse_the_rest_in_one_line(
 def test_other_rotors_are_judged_by_their_geometry_alone() -> None:
     with pytest.raises(gg.errors.InputError, match="geometry must be a Geometry"):
         gg.validation.validate_geometry(np.zeros((2, 4)), "paper")  # type: ignore[arg-type]
+
+
+def test_rotors_whose_angles_turn_the_other_way_are_named() -> None:
+    rotors = Geometry.of_vehicle(gg.PAPER)
+    turned = replace(rotors, tilt_axis=rotors.tilt_axis * [[1], [1], [-1], [1]])
+    for geometry, said in ((rotors, False), (turned, True)):
+        report = gg.validation.validate_geometry(np.zeros((2, 4)), geometry)
+        assert any("of rotors 3:" in note for note in report.notes) == said

@@ -470,7 +470,7 @@ def test_a_file_has_the_colourings_of_its_loop(tmp_path: Path) -> None:
             path.write_text(json.dumps(content))
         found, expected = colorings_of_file(path, **asked), gg.colorings(loop, **meant)
         assert list(found) == list(expected)
-        assert (found.counts, found.obstacles) == (expected.counts, expected.obstacles)
+        assert (found.counts, found.refusals) == (expected.counts, expected.refusals)
 
 
 def test_a_file_has_the_colourings_that_its_report_counts(tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Check": lambda: gg.validate(GAIT).checks[0],
     "Coefficients": gg.invertibility.coefficients_of,
     "Coloring": lambda: next(iter(colorings())),
-    "ColoringObstacle": lambda: next(iter(colorings().obstacles.values())),
+    "ColoringRefusal": lambda: next(iter(colorings().refusals.values())),
     "Colorings": colorings,
     "Comparison": lambda: gg.robustness.comparison_of([gg.lift(LOOP[:2], "red")]),
     "Condition": lambda: gg.admissible_region(LIMITED).conditions[0],
@@ -331,7 +331,7 @@ def test_a_region_explains_itself_after_the_way_and_is_stated_by_its_polygons() 
 
 CHANGING = {"Motion", "Engine", "Simulation"}  # the arrays are the caller's, or change
 WITHOUT_ARRAYS = set(
-    "AcceptableAttitudes Certified Check Coloring ColoringObstacle Condition FlightSettings "
+    "AcceptableAttitudes Certified Check Coloring ColoringRefusal Condition FlightSettings "
     "Joint ServoMap ShortestPaths Verified Zones graph roots".split()
 )
 

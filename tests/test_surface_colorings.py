@@ -94,7 +94,7 @@ def test_the_same_list_in_the_same_order_as_brute_force(
         expected = brute(offers(loop, sign, numbers, tolerance))
         assert [coloring.colors for coloring in listing.of(sign)] == expected
         assert listing.counts[sign] == len(expected)
-        assert (sign in listing.obstacles) == (not expected)
+        assert (sign in listing.refusals) == (not expected)
         whole += [Coloring(colors=colors, sign=sign) for colors in expected]
         alone = gg.colorings(loop, sign=sign, **options)
         assert [coloring.colors for coloring in alone] == expected
@@ -159,16 +159,16 @@ def test_a_count_of_more_than_4000_digits_is_given_by_its_logarithm(n: int) -> N
 # What forbids a colouring
 
 
-def check_obstacle(loop: Any, sign: Sign, obstacle: Any, numbers: Any) -> None:
-    """Check an obstacle by brute force, and that there is none before it."""
+def check_refusal(loop: Any, sign: Sign, refusal: Any, numbers: Any) -> None:
+    """Check a refusal by brute force, and that there is none before it."""
     choices = offers(loop, sign, numbers)
-    if obstacle.kind == "point":
-        (number,) = obstacle.points
+    if refusal.kind == "point":
+        (number,) = refusal.points
         assert choices[number - 1] == {}
         assert number == 1 or brute(choices[: number - 1], closed=False)
-        assert f"point {number} has no root" in obstacle.message
+        assert f"point {number} has no root" in refusal.message
         return
-    first, second = obstacle.points
+    first, second = refusal.points
     before = brute(choices[:first], closed=False)
     assert before
     if second == 1:
@@ -180,19 +180,19 @@ def check_obstacle(loop: Any, sign: Sign, obstacle: Any, numbers: Any) -> None:
         ends = {(colors[-1], c) for colors in before for c in choices[second - 1]}
     ((end, other),) = ends  # nothing else can stand there
     types = choices[first - 1][end], choices[second - 1][other]
-    assert obstacle.types == types
-    assert f"points {first} {types[0]} and {second} {types[1]} " in obstacle.message
+    assert refusal.types == types
+    assert f"points {first} {types[0]} and {second} {types[1]} " in refusal.message
     for k in (1, 3):
         breaks = {types[0][k], types[1][k]} == {"+", "-"}
-        assert (f"α{3 + k // 2}" in obstacle.message) == breaks
+        assert (f"α{3 + k // 2}" in refusal.message) == breaks
 
 
 @settings(deadline=None, max_examples=60)
 @given(loop=loops, numbers=st.sampled_from([PUBLISHED, EXACT]))
-def test_an_obstacle_is_the_true_one(loop: Any, numbers: Any) -> None:
-    obstacles = gg.colorings(loop, coefficients=numbers).obstacles
-    for sign, obstacle in obstacles.items():
-        check_obstacle(loop, sign, obstacle, numbers)
+def test_an_refusal_is_the_true_one(loop: Any, numbers: Any) -> None:
+    refusals = gg.colorings(loop, coefficients=numbers).refusals
+    for sign, refusal in refusals.items():
+        check_refusal(loop, sign, refusal, numbers)
 
 
 @pytest.mark.parametrize(
@@ -208,13 +208,13 @@ def test_an_obstacle_is_the_true_one(loop: Any, numbers: Any) -> None:
         ([NOTHING, NOTHING, RED_ONLY, BLUE_ONLY], (1,)),
     ],
 )
-def test_the_first_obstacle(loop: Any, expected: tuple[int, ...]) -> None:
+def test_the_first_refusal(loop: Any, expected: tuple[int, ...]) -> None:
     listing = gg.colorings(loop, sign="negative")
-    obstacle = listing.obstacles["negative"]
-    assert obstacle.points == expected
-    check_obstacle(loop, "negative", obstacle, PUBLISHED)
-    assert str(listing).endswith(f"\n  R < 0  none: {obstacle.message}")
-    assert listing.in_report == f"none: {obstacle.message}"
+    refusal = listing.refusals["negative"]
+    assert refusal.points == expected
+    check_refusal(loop, "negative", refusal, PUBLISHED)
+    assert str(listing).endswith(f"\n  R < 0  none: {refusal.message}")
+    assert listing.in_report == f"none: {refusal.message}"
 
 
 def test_colourings_in_words() -> None:
@@ -225,7 +225,7 @@ def test_colourings_in_words() -> None:
     assert listing.in_report == "2 with R < 0, all red or all blue"
     mapping = listing.as_mapping()
     assert mapping["counts"] == {"negative": 2, "positive": 0}
-    assert set(mapping["coloring_obstacles"]) == {"positive"}
+    assert set(mapping["coloring_refusals"]) == {"positive"}
     loop = [RED_ONLY, MEETING, BLUE_ONLY, MEETING]
     jumps = "4 with R < 0 (those that change color jump between the sheets)"
     assert gg.colorings(loop, sign="negative").in_report == jumps

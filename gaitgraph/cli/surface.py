@@ -230,6 +230,7 @@ def cycles_command(
 @request_file_argument
 @waypoints_option
 @click.option(
+    "--require",
     "--use",
     "require",
     type=click.Choice(["flyable", "valid"]),

@@ -104,7 +104,8 @@ class StudyRun:
 
     def __str__(self) -> str:
         cases = len(self.study)
-        head = f"Study {self.study.name}: {cases} cases"
+        noun = "case" if cases == 1 else "cases"
+        head = f"Study {self.study.name}: {cases} {noun}"
         if self.flown < cases:
             head += f", {cases - self.flown} of them kept"
         lines = [head]

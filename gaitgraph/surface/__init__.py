@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     )
     from gaitgraph.surface.loop_colorings import (
         Coloring as Coloring,
-        ColoringObstacle as ColoringObstacle,
+        ColoringRefusal as ColoringRefusal,
         Colorings as Colorings,
         colorings as colorings,
     )
@@ -54,7 +54,7 @@ else:
             "gaitgraph.surface.curved": ["CurvedSheet", "curved_sheet"],
             "gaitgraph.surface.loop_colorings": [
                 "Coloring",
-                "ColoringObstacle",
+                "ColoringRefusal",
                 "Colorings",
                 "colorings",
             ],

@@ -57,7 +57,7 @@ class Coloring(Record):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ColoringObstacle(Record):
+class ColoringRefusal(Record):
     """Why a loop has no colouring with one sign of R: a "point" has no such root, or a "pair" of neighbours forbids it.
 
     `points` are the numbers of the points concerned, from 1; `types` are the types of the roots that a pair can have.
@@ -112,8 +112,8 @@ def _changes(choices: BoolArray) -> BoolArray:
     return np.asarray((choices[:-1, 2:] | choices[1:, 2:]).all(axis=1))
 
 
-def _count(choices: BoolArray, sign: Sign) -> int | ColoringObstacle:
-    """Return the exact number of colourings of a loop, or its first obstacle."""
+def _count(choices: BoolArray, sign: Sign) -> int | ColoringRefusal:
+    """Return the exact number of colourings of a loop, or its first refusal."""
     starts = np.concatenate([[0], np.flatnonzero(_changes(choices)) + 1])
     shared = np.logical_and.reduceat(choices[:, :2], starts, axis=0)  # by all of a run
     without = np.flatnonzero(~shared.any(axis=1))
@@ -126,9 +126,7 @@ def _count(choices: BoolArray, sign: Sign) -> int | ColoringObstacle:
             can = np.array([left[k - 1 - start], choices[k, :2]])
             return _forbidden((k - 1, k), can, choices, sign)
         message = f"point {k + 1} has no root with {sheets.RELATION[sign]}, neither red nor blue"
-        return ColoringObstacle(
-            kind="point", points=(k + 1,), types=(), message=message
-        )
+        return ColoringRefusal(kind="point", points=(k + 1,), types=(), message=message)
     goes_on = not _changes(choices[[-1, 0]])[0]  # the last run, in the first one
     if goes_on and len(shared) > 1:
         both = shared[0] & shared[-1]
@@ -140,8 +138,8 @@ def _count(choices: BoolArray, sign: Sign) -> int | ColoringObstacle:
 
 def _forbidden(
     pair: tuple[int, int], can: BoolArray, choices: BoolArray, sign: Sign
-) -> ColoringObstacle:
-    """Return the obstacle between two neighbours, which can have one color each."""
+) -> ColoringRefusal:
+    """Return the refusal between two neighbours, which can have one color each."""
     colors = [sheets.COLORS[0 if red else 1] for red in can[:, 0].tolist()]
     crossing = choices[list(pair), 2:]
     signs = sheets.color_codes(colors)[:, None]
@@ -155,7 +153,7 @@ def _forbidden(
         f"{sheets.RELATION[sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by "
         f"Figure 15 {' and '.join(broken)} may change between + and - only if one of the two points has the type ?"
     )
-    return ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
+    return ColoringRefusal(kind="pair", points=numbers, types=types, message=message)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -164,13 +162,13 @@ class Colorings(Record):
 
     Colourings with R < 0 come first, then those with R > 0, each in lexicographic order with red before blue. Falsy if
     there is none. For each sign of R, `counts` has the exact number, `plain` the colors that the whole loop can have,
-    and `obstacles` why there is none. `points` are the loop, shape (n, 2) [rad], and `choices` those of
+    and `refusals` why there is none. `points` are the loop, shape (n, 2) [rad], and `choices` those of
     :func:`color_choices`; without them colourings are counted and not listed.
     """
 
     counts: dict[Sign, int]
     plain: dict[Sign, tuple[str, ...]]
-    obstacles: dict[Sign, ColoringObstacle]
+    refusals: dict[Sign, ColoringRefusal]
     points: FloatArray = field(compare=False, default_factory=lambda: np.zeros((0, 2)))
     choices: dict[Sign, BoolArray] = field(compare=False, default_factory=dict)
 
@@ -212,15 +210,15 @@ class Colorings(Record):
             )
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return counts and obstacles, ready for JSON; a count of more than 4000 digits is given by its logarithm."""
+        """Return counts and refusals, ready for JSON; a count of more than 4000 digits is given by its logarithm."""
         return {
             **_count_as_mapping(self.count),
             "counts": {
                 sign: _count_as_mapping(count)["colorings_count"]
                 for sign, count in self.counts.items()
             },
-            "coloring_obstacles": {
-                sign: asdict(obstacle) for sign, obstacle in self.obstacles.items()
+            "coloring_refusals": {
+                sign: asdict(refusal) for sign, refusal in self.refusals.items()
             },
         }
 
@@ -236,8 +234,8 @@ class Colorings(Record):
             f"{_count_as_text(count)} colouring{'s' * (count != 1)} of a loop{points}"
         ]
         lines += [
-            f"  {sheets.RELATION[sign]}  none: {obstacle.message}"
-            for sign, obstacle in self.obstacles.items()
+            f"  {sheets.RELATION[sign]}  none: {refusal.message}"
+            for sign, refusal in self.refusals.items()
         ]
         return "\n".join(lines)
 
@@ -246,7 +244,7 @@ class Colorings(Record):
         """The line of a report that counts the colourings."""
         if not self:
             return "none: " + "; ".join(
-                obstacle.message for obstacle in self.obstacles.values()
+                refusal.message for refusal in self.refusals.values()
             )
         parts = []
         for sign, count in self.counts.items():
@@ -310,7 +308,7 @@ def colorings(
     >>> found = colorings(loop)
     >>> found.count, [coloring.colors[0] for coloring in found]
     (2, ['red', 'blue'])
-    >>> colorings([(0.9, 0.3), (0.9, -0.9)], sign="positive").obstacles["positive"].message
+    >>> colorings([(0.9, 0.3), (0.9, -0.9)], sign="positive").refusals["positive"].message
     'point 1 has no root with R > 0, neither red nor blue'
     """
     plane = angles_from(points, "points")
@@ -325,7 +323,7 @@ def colorings(
     )
     counts: dict[Sign, int] = {}
     plain: dict[Sign, tuple[str, ...]] = {}
-    obstacles: dict[Sign, ColoringObstacle] = {}
+    refusals: dict[Sign, ColoringRefusal] = {}
     chosen = sheets.SIGNS if sign == "auto" else (sign,)
     for one in chosen:
         found = _count(choices[one], one)
@@ -333,13 +331,13 @@ def colorings(
         plain[one] = tuple(
             name for name, yes in zip(sheets.COLORS, everywhere, strict=True) if yes
         )
-        counts[one] = 0 if isinstance(found, ColoringObstacle) else found
-        if isinstance(found, ColoringObstacle):
-            obstacles[one] = found
+        counts[one] = 0 if isinstance(found, ColoringRefusal) else found
+        if isinstance(found, ColoringRefusal):
+            refusals[one] = found
     return Colorings(
         counts=counts,
         plain=plain,
-        obstacles=obstacles,
+        refusals=refusals,
         points=plane[:, :2],
         choices={one: choices[one] for one in chosen},
     )

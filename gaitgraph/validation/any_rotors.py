@@ -86,6 +86,19 @@ def validate_geometry(
         rows=len(alpha),
         repeats=not is_path,
         unlimited=tuple(unlimited),
+        notes=_notes_on_axes(geometry),
+    )
+
+
+def _notes_on_axes(geometry: Geometry) -> tuple[str, ...]:
+    """Return a note on the rotors whose angles have the other sign in a vehicle, where axes point outward."""
+    outward = np.sum(geometry.position[:, :2] * geometry.tilt_axis[:, :2], axis=1)
+    inward = np.flatnonzero(outward < -1e-9) + 1
+    if not len(inward):
+        return ()
+    listed = ", ".join(map(str, inward))
+    return (
+        f"tilt axes that point inward, of rotors {listed}: their angles turn about these axes as they are described",
     )
 
 
