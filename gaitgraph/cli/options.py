@@ -196,7 +196,7 @@ json_option = click.option(
 coefficients_option = click.option(
     "--coefficients",
     type=click.Choice(["published", "printed", "exact"]),
-    show_default="published for the paper's vehicle, else exact",
+    show_default="the vehicle's",
     help="Coefficients of formula (1).",
 )
 
@@ -206,7 +206,7 @@ def common_options(function: FC) -> FC:
     vehicle = click.option(
         "--vehicle",
         type=VehicleName(),
-        help="A preset (see gaitgraph vehicles) or a TOML file.",
+        help="A preset or a TOML file; see vehicles.",
     )
     return vehicle(coefficients_option(json_option(function)))
 
@@ -230,7 +230,7 @@ def _outputs_options(help_text: str) -> Callable[[FC], FC]:
 
 
 gait_outputs_options = _outputs_options(
-    "Write the answer, in the format of the suffix; repeatable."
+    "Write a file, by its suffix; repeatable."
 )
 picture_outputs_options = _outputs_options(
     "Draw the answer, as .png, .svg or .pdf; repeatable."
@@ -277,7 +277,7 @@ servo_margin_option = click.option(
 certify_option = click.option(
     "--certify",
     is_flag=True,
-    help="Write a certificate beside each output: gait.cert.json beside gait.csv.",
+    help="Write a certificate beside each output.",
 )
 once_option = click.option(
     "--once",
@@ -315,13 +315,13 @@ def sampling_options(function: FC) -> FC:
         type=COUNT,
         metavar="N",
         show_default="100",
-        help="Even intervals per period.",
+        help="Intervals per period.",
     )
     rate = click.option(
         "--rate",
         type=Number(min=0, min_open=True),
         metavar="HZ",
-        help="Samples per second, instead of --samples.",
+        help="Samples per second instead.",
     )
     return samples(rate(function))
 
