@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import io
 import json
 import os
 import shutil
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+_PIECE = 1 << 20  # of what is written to a stream [bytes]
 _OVERWRITE = Advice("overwrite it with force=True", "overwrite it with --force")
 
 
@@ -57,15 +60,17 @@ def content_of(stream: IO[Any], what: str) -> bytes:
         return content.encode() if isinstance(content, str) else bytes(content)
     except UnicodeError as error:
         raise InputError(f"{what} must be UTF-8 text, got other bytes") from error
-    except (AttributeError, OSError, TypeError, ValueError) as error:  # closed, say
-        raise FileProblem(f"{what} cannot be read from the stream: {error}") from error
+    except Exception as error:  # of whatever library the stream is
+        problem = FileProblem(f"{what} cannot be read from the stream: {error}")
+        problem.errno = getattr(error, "errno", None)
+        raise problem from error
 
 
 def write_to(stream: IO[Any], content: bytes, what: str, *, is_text: bool) -> None:
     """Write UTF-8 text to a stream of text or bytes, other content to one of bytes; InputError or FileProblem if not."""
     try:
         try:
-            stream.write(content)
+            _write_all(stream, content)
         except TypeError:
             if not is_text:
                 raise InputError(
@@ -74,8 +79,23 @@ def write_to(stream: IO[Any], content: bytes, what: str, *, is_text: bool) -> No
             stream.write(content.decode())
     except InputError:
         raise
-    except (AttributeError, OSError, TypeError, ValueError) as error:  # closed, say
-        raise FileProblem(f"{what} cannot be written to the stream: {error}") from error
+    except Exception as error:  # of whatever library the stream is
+        problem = FileProblem(f"{what} cannot be written to the stream: {error}")
+        problem.errno = getattr(error, "errno", None)
+        raise problem from error
+
+
+def _write_all(stream: Any, content: bytes) -> None:
+    """Write bytes in pieces; a stream without a buffer may take less of one than it is given."""
+    for start in range(0, max(len(content), 1), _PIECE):
+        left = content[start : start + _PIECE]
+        while True:
+            taken = stream.write(left)
+            if taken is None and isinstance(stream, io.RawIOBase):
+                raise BlockingIOError("it takes nothing more")
+            if taken is None or taken >= len(left):
+                break
+            left = left[taken:]
 
 
 def text_of(source: Path | IO[Any], what: str) -> str:
@@ -281,7 +301,9 @@ def _check_new(path: Path, target: Path, *, force: bool, is_folder: bool) -> Non
         raise _exists(path)
     if not path.parent.is_dir():
         what = "is not a folder" if path.parent.exists() else "does not exist"
-        raise FileProblem(f"output folder {str(path.parent)!r} {what}")
+        missing = FileNotFoundError(errno.ENOENT, what)
+        message = f"output folder {str(path.parent)!r} {what}"
+        raise FileProblem.of(message, missing, path)
 
 
 def _kind_of(target: Path) -> str:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
 _TYPE = "type"
+_MOST = 1 << 1000  # of whole numbers that are floats
 _OWN = "gaitgraph."
 _BROKEN = (
     ArithmeticError,
@@ -149,6 +150,7 @@ def _plain_of_library(value: Any) -> dict[str, Any]:
         return {
             _TYPE: "array",
             "dtype": value.dtype.str,
+            "shape": list(value.shape),  # which lists without items do not tell
             "items": plain(value.tolist()),
         }
     if isinstance(value, shapely.Geometry):
@@ -232,7 +234,7 @@ def _fits(value: Any, hint: Any) -> bool:
     if kind is Literal:
         return isinstance(value, str) and value in parts
     if kind is float:
-        return type(value) in (float, int)
+        return type(value) is float or (type(value) is int and abs(value) < _MOST)
     if kind in (int, bool, str):
         return type(value) is kind
     if kind is Any or not isinstance(kind, type):
@@ -246,10 +248,10 @@ def _fits(value: Any, hint: Any) -> bool:
     return isinstance(value, kind)
 
 
-def _array(dtype: str, items: list[Any]) -> Any:
+def _array(dtype: str, shape: list[int], items: list[Any]) -> Any:
     import numpy as np
 
-    array = np.array(rebuilt(items))
+    array = np.array(rebuilt(items)).reshape(shape)
     # Texts become no truth values; an array without items is one of floats.
     casting: Any = "same_kind" if array.size else "unsafe"
     return array.astype(dtype, casting=casting)

@@ -313,32 +313,6 @@ def test_wrong_input_is_one_line_and_exit_code_2(
     assert sorted(Path().iterdir()) == before
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("period", 0.0),
-        ("waypoints", [[0.1, 30]]),
-        ("floor", "low"),
-        ("vehicle", {"drag_ratio": -2.0}),
-        ("keep_out", [[[0.0, 0.0], [1.0, 0.0]]]),
-    ],
-)
-def test_an_error_is_an_object_with_json(line: Any, name: str, value: Any) -> None:
-    stated = {"waypoints": [[0.1, 0.2]]} | {name: value}
-    Path("wrong.json").write_text(json.dumps(stated))
-    done = line("plan wrong.json --json")
-    assert done.code == 2
-    with pytest.raises(gg.InputError) as refused:
-        gg.plan_loop(**stated)
-    error = refused.value
-    said = f"request file 'wrong.json': {error.message}"
-    shared = error.as_mapping() | {"message": said, "path": "wrong.json"}
-    assert done.json == {"error": shared}
-    assert done.err.startswith(f"gaitgraph: {said}")
-    assert error.field is not None
-    assert error.field.partition(".")[0] == name
-
-
 ANSWERS = [
     (0, f"plan {SQUARE}"),
     (1, "plan far.toml --output none.csv"),

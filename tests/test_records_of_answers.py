@@ -75,7 +75,7 @@ def test_export_says_what_a_mission_lacks_and_what_is_no_servo_table(
 
 
 def test_answers_with_rows_go_to_pandas() -> None:
-    pytest.importorskip("pandas")
+    pytest.importorskip("pandas", reason="install pandas")
     report = gg.validate("gait4")
     checks = report.to_pandas().set_index("name")
     assert list(checks.index) == [check.name for check in report.checks]

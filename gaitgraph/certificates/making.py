@@ -20,6 +20,7 @@ import numpy as np
 
 from gaitgraph import __version__
 from gaitgraph.angles import angle_within
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.certificates import check
 from gaitgraph.certificates.open_paths import GRID, decimal, pieces_along
 from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
@@ -74,6 +75,9 @@ class Certified(Record):
     document: dict[str, Any]
     intervals: dict[str, int]
     warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
     @property
     def text(self) -> str:

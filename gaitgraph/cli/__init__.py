@@ -115,10 +115,6 @@ class Group(click.Group):
             else:
                 print_problem(error.on_command_line)
             return 1
-        except GaitgraphError as error:
-            if wants_json(ctx):
-                print_json({"error": error.as_mapping()})
-            raise
         except KeyboardInterrupt:
             if sys.stderr.isatty():  # which shows ^C on the line
                 click.echo(err=True)

@@ -229,9 +229,7 @@ def _outputs_options(help_text: str) -> Callable[[FC], FC]:
     return lambda function: output(force_option(function))
 
 
-gait_outputs_options = _outputs_options(
-    "Write a file, by its suffix; repeatable."
-)
+gait_outputs_options = _outputs_options("Write a file, by its suffix; repeatable.")
 picture_outputs_options = _outputs_options(
     "Draw the answer, as .png, .svg or .pdf; repeatable."
 )

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from gaitgraph import later
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
-from gaitgraph.arrays import read_only
+from gaitgraph.arrays import read_only, read_only_mapping
 from gaitgraph.errors import check_kind, wrong
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
@@ -126,7 +126,7 @@ class Gait(Pictured):
             body,
             coefficients_of(body, coefficients),
             reach,
-            request or {},
+            read_only_mapping(dict(request or {})),
         )
         for name, value in zip(self.__slots__, checked, strict=True):
             object.__setattr__(self, name, value)  # the record is frozen

@@ -91,7 +91,9 @@ _MOST_PIECES = 400
 _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
 _SETTLED = 1e-3  # first-order residual
 _UNSETTLED = "the optimization has not converged: a loop of less effort exists; the worst case is not affected"
-_LATE = "the deadline passed: a loop of less effort may exist; the worst case is not affected"
+_LATE = (
+    "the deadline passed: a loop with a better worst case, or of less effort, may exist"
+)
 _CHORD = 1e-4
 _TEXTS = {  # name and unit of each objective, and one in these units
     "singular_value": ("least singular value along the gait", "", 1.0),

@@ -13,6 +13,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from gaitgraph.angles import figure, figures_apart
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.pictured import Pictured, pandas
 from gaitgraph.records import Record
@@ -106,6 +107,9 @@ class Check(Record):
     where: dict[str, Any] | None = None
     message: str
     follows_from: str | None = None
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
     @property
     def kind(self) -> Literal["valid", "flyable"]:
