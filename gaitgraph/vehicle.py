@@ -501,6 +501,17 @@ def four_of(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else (value,) * 4
 
 
+def tighter_of(limit: Each | None, demanded: Each | None) -> Each | None:
+    """Return the lower limit of each arm: that of a vehicle, or one that a table or a motion was made for.
+
+    >>> tighter_of(6.0, (7.0, 5.0, 7.0, 7.0)), tighter_of(None, 5.0)
+    ((6.0, 5.0, 6.0, 6.0), 5.0)
+    """
+    if limit is None or demanded is None:
+        return demanded if limit is None else limit
+    return tuple(map(min, four_of(limit), four_of(demanded)))
+
+
 def scale_of(limit: Each | None) -> Any:
     """Return by what sizes of four joints are compared: their limits where these differ, shape (4,), else 1."""
     import numpy as np

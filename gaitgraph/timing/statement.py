@@ -117,6 +117,12 @@ def _stated_motion(
         ValueError,
     ) as error:
         return None, f"the stated motion cannot be made: {error}"
+    phases = [list(phase) for phase in motion.phases]
+    if about.get("sections") is not None and about.get("phases", phases) != phases:
+        return (
+            motion,
+            f"the stated phases are {shown(about['phases'])}, those of the stated motion {shown(phases)}",
+        )
     try:
         difference = _difference_from_request(table, motion)
     except (InputError, TypeError, ValueError) as error:

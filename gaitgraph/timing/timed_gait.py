@@ -51,7 +51,7 @@ from gaitgraph.timing.polynomials import (
     values_of,
 )
 from gaitgraph.tolerances import ROUND_OFF
-from gaitgraph.vehicle import four_of, scale_of
+from gaitgraph.vehicle import four_of, scale_of, tighter_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -341,8 +341,8 @@ class TimedGait(Pictured):
             zip(RATE_CHECKS, RATE_UNITS, strict=True), start=1
         ):
             limits = getattr(self.gait.vehicle, f"max_{name}")
-            if limits is None and kind in self.made_for:
-                limits = tuple(self.made_for[kind])
+            if kind in self.made_for:
+                limits = tighter_of(limits, tuple(self.made_for[kind]))
             if limits is None and kind == "jerk":
                 continue
             peaks = self.peaks(order)

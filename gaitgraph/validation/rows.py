@@ -34,7 +34,7 @@ from gaitgraph.validation.report import Check, Report, check_of, limit_check
 from gaitgraph.validation.rules import Criteria, Segments
 from gaitgraph.validation.worst import both
 from gaitgraph.validation.wrong_rows import LoneRows, lone_rows
-from gaitgraph.vehicle import four_of, scale_of
+from gaitgraph.vehicle import four_of, scale_of, tighter_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -201,7 +201,7 @@ def rates_of_rows(
     These are divided differences of the angles, or what the table states if that is larger. Times that are even to their
     digits count as even. Angles count as they stand, but for a table that states to be the samples of a motion: what the
     rounding of its angles explains does not count, of rates at most 1 % of the limit. What the steps of servos explain
-    does not count at all. Limits are those of the vehicle, and where it states none those that the table was made for.
+    does not count at all. Limits are those of the vehicle, or lower ones that the table was made for.
     """
     limits = _limits_of(table, vehicle)
     alpha = segments.alpha[: len(table)]
@@ -245,14 +245,12 @@ def rates_of_rows(
 
 
 def _limits_of(table: Table, vehicle: Vehicle) -> list[Any]:
-    """Return the limits of rates, accelerations and jerks: of the vehicle, else those that the table was made for."""
-    limits = []
-    for kind in RATE_UNITS:
-        limit = getattr(vehicle, f"max_tilt_{kind}")
-        if limit is None:
-            limit = table.limits.get(kind)
-        limits.append(limit)
-    return limits
+    """Return the limits of rates, accelerations and jerks: of the vehicle, or lower ones that the table was made for."""
+    demanded = table.limits
+    return [
+        tighter_of(getattr(vehicle, f"max_tilt_{kind}"), demanded.get(kind))
+        for kind in RATE_UNITS
+    ]
 
 
 def _largest(

@@ -24,6 +24,7 @@ from gaitgraph.validation.report import check_of
 from gaitgraph.validation.rows import report_of_rows
 from gaitgraph.validation.rules import Criteria, segments_of
 from gaitgraph.validation.worst import both
+from gaitgraph.vehicle import tighter_of
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
@@ -212,7 +213,6 @@ def _report_of_motion(table: Table, motion: TimedGait, limits: CheckOptions) -> 
     made_for: dict[str, Any] = {}
     for kind, limit in table.limits.items():
         name = f"max_tilt_{kind}"
-        if getattr(vehicle, name) is None:
-            made_for[name] = limit
+        made_for[name] = tighter_of(getattr(vehicle, name), limit)
     limited = replace(motion.gait, vehicle=vehicle.replace(**made_for))
     return motion.with_gait(limited).check(**limits)
