@@ -481,3 +481,30 @@ def test_a_report_says_whether_rows_are_on_the_sheet() -> None:
         warnings_of = gg.validate(gg.Gait(alpha=alpha, vehicle=ODD)).warnings
         told = any("0.05 rad off the curved sheet" in text for text in warnings_of)
         assert told is expected
+
+
+def test_axes_that_are_stated_make_no_warning_of_a_plane() -> None:
+    places = [[0.2, 0, 0], [0, 0.2, 0], [-0.2, 0, 0], [0, -0.2, 0]]
+    axes = [[1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]
+    vehicle = gg.Vehicle(
+        name="turned",
+        drag_to_thrust=0.018,
+        rotor_positions=places,
+        tilt_axes=axes,
+    )
+    plan = gg.plan_loop([(-0.35, 0.7), (-0.7, 1.0), (-1.0, 0.7)], vehicle=vehicle)
+    assert plan.report.flyable
+    assert plan.report.notes == ()
+
+
+@pytest.mark.parametrize("axis", [[1, 0, 0], [0, 1, 0], [1, 1, 0]])
+def test_one_tilt_axis_for_all_rotors_is_refused(axis: list[float]) -> None:
+    places = [[0.2, 0.15, 0], [-0.2, 0.15, 0], [-0.2, -0.15, 0], [0.2, -0.12, 0.02]]
+    vehicle = gg.Vehicle(
+        name="parallel",
+        drag_to_thrust=0.018,
+        rotor_positions=places,
+        tilt_axes=[axis] * 4,
+    )
+    with pytest.raises(gg.InputError, match="^vehicle must make every moment"):
+        gg.plan_loop([(-0.35, 0.7), (-0.7, 1.0)], vehicle=vehicle)

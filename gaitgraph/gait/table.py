@@ -467,7 +467,7 @@ def check_periods(table: Table, periods: int) -> None:
     if periods > 1 and not table.returns:
         raise wrong(
             "periods",
-            "must be 1 for a table that does not end where it starts",
+            "must be 1 for a table that is run once, or does not end where it starts",
             periods,
         )
 

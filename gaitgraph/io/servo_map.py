@@ -677,8 +677,8 @@ def tilts_from_joints(
 ) -> dict[str, FloatArray]:
     """Return the columns of a gait table from those of joints: the inverse of :func:`mapped_table`.
 
-    These are t [s], alpha1 to alpha4 [rad], and rates and accelerations where all joints state them; other columns are
-    ignored. Raises InputError if one is missing or a joint is beyond its limits.
+    These are t [s], alpha1 to alpha4 [rad], rates and accelerations where all joints state them, and thrusts [N]; other
+    columns are ignored. Raises InputError if one is missing or a joint is beyond its limits.
 
     >>> servos = servo_map_from_mapping({"preset": "x_frame", "unit": "deg"})
     >>> found = tilts_from_joints({f"tilt{k}_deg": [10.0 * k] for k in (1, 2, 3, 4)}, servos)
@@ -709,6 +709,9 @@ def tilts_from_joints(
             for name, angle, joint in zip(names, ANGLES, by_rotor, strict=True):
                 values = np.asarray(columns[joint.column + end], dtype=float)
                 found[name] = values / joint.slope_at(found[angle]) + 0.0
+    for name, joint in zip(THRUSTS, by_rotor, strict=True):
+        if joint.name + _THRUST in columns:
+            found[name] = np.asarray(columns[joint.name + _THRUST], dtype=float)
     return found
 
 
@@ -729,4 +732,7 @@ def digits_from_joints(
                 decimals = digits_of(columns[joint.column + end]).decimals
                 digits = Digits(decimals, 99, unit, steps=True)
                 found[names[joint.rotor - 1]] = digits
+        if joint.name + _THRUST in columns:
+            thrusts = columns[joint.name + _THRUST]
+            found[THRUSTS[joint.rotor - 1]] = digits_of(thrusts)
     return found

@@ -36,6 +36,8 @@ _ROOM = 1e-9  # share by which bounds are widened for rounding
 _FEWEST = 16  # rows of each segment of a polyline
 _PIECES = 16  # of a segment, in bounds along it
 _MOST_HALVINGS = 24
+_PIECE = 0.05  # of a segment whose distance from the sheet is bounded [rad]
+_NO_SHEET = 1e-12  # share of its columns below which a determinant vanishes
 
 
 class CurveBounds(NamedTuple):
@@ -283,8 +285,19 @@ class CurvedSheet(Record):
         """Return proven bounds of :meth:`distances` along straight segments, both of shape (m, 4), shape (m,) [rad].
 
         The second derivative of the distance along a segment is that of the sheet. Where α3 or α4 may turn by π between
-        the ends the bound is π/2, as of any point.
+        the ends the bound is π/2, as of any point. Long segments are bounded in pieces.
         """
+        bounds = self._distances_along_pieces(starts, ends)
+        length = np.abs(ends - starts).max(axis=1)
+        for k in np.flatnonzero(length > _PIECE):
+            shares = np.linspace(0.0, 1.0, math.ceil(length[k] / _PIECE) + 1)[:, None]
+            points = starts[k] + shares * (ends[k] - starts[k])
+            bounds[k] = self._distances_along_pieces(points[:-1], points[1:]).max()
+        return bounds
+
+    def _distances_along_pieces(
+        self, starts: FloatArray, ends: FloatArray
+    ) -> FloatArray:
         rates, bends = self._bounds_of_pieces(starts[:, :2], ends[:, :2])
         at_ends = np.maximum(self.distances(starts), self.distances(ends))
         turns = np.abs(ends - starts)[:, 2:] + rates
@@ -396,6 +409,12 @@ def sheet_of(rotors: Rotors) -> CurvedSheet:
         lift[i, j] = columns[5] @ minors
         normals[i, j] = np.cross(first[:3], second[:3]) @ wrench[3, :3]
     size = np.abs(opposite).max()
+    if size <= _NO_SHEET * np.prod(np.linalg.norm(wrench, axis=1).max(axis=1)):
+        raise InputError(
+            "vehicle must make every moment and horizontal force at some tilt angles, got four rotors that can not, as with "
+            "one tilt axis for all",
+            field="vehicle",
+        )
     opposite, inputs, lift = opposite / size, inputs / size, lift / size
     return CurvedSheet(
         opposite=opposite,
