@@ -195,7 +195,9 @@ def test_a_gait_is_repeated_in_tables(
 
 def test_a_path_is_not_repeated_in_a_table() -> None:
     path = gg.transition("hover", "gait4").table
-    with pytest.raises(gg.InputError, match="periods must be 1 for a table that does"):
+    with pytest.raises(
+        gg.InputError, match="periods must be 1 for a table that is run once"
+    ):
         write_tables(path, ["two.csv"], periods=2)
     assert not Path("two.csv").exists()
 

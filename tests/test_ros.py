@@ -264,7 +264,11 @@ def with_clock(period: float, samples: int) -> Table:
         (TABLE, 5000, "points must be at most 100000, got 5000 periods of 21 rows"),
         (with_clock(1e9, 9), 3, "time must be at most 2147483646 s .*, got 3 periods"),
         (with_clock(1e-6, 1000), 1, "t must have steps of at least 2 ns"),
-        (OPEN, 2, "periods must be 1 for a table that does not end where it starts"),
+        (
+            OPEN,
+            2,
+            "periods must be 1 for a table that is run once, or does not end where it starts",
+        ),
         (table_from(OPEN.alpha), 1, "column 't' is missing"),
     ],
 )

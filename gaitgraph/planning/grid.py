@@ -95,6 +95,8 @@ def _blocked(
     wall = f"the grid of {branch.request.divisions} divisions: try more divisions"
     if branch.request.zones is not None:
         wall = f"keep_out, keep_in or {wall}"
+    if branch.request.weight is not None:
+        wall = f"edges that the weight hides, {wall}"
     return branch.separation(ends, wall, counts)
 
 
