@@ -244,7 +244,7 @@ RULES: list[tuple[str, dict[str, Any], str]] = [
         "exact",
     ),
     ("least_period", {"path": TIMED.gait.biased(0.8)}, "color"),
-    ("least_period", {"rounding": -1.0}, "tolerance"),
+    ("least_period", {"rounding": -1.0}, "rounding"),
     ("least_period", {"samples": 3, "rate": 5.0}, "samples and rate must not both"),
     ("optimal_gait", {"waypoints": [(0, 0)] * 41}, "at most 40, got 41"),
     ("retarget", {"source": np.zeros((200_001, 4))}, "at most 200000 rows"),

@@ -290,7 +290,7 @@ def test_a_stream_takes_the_bytes_of_a_file(suffix: str) -> None:
         (
             "gait.csv",
             "csv",
-            "path must be an open stream beside a format, got 'gait.csv'",
+            "^(path|gait) must be an open stream beside a format, got 'gait.csv'",
         ),
         (StringIO(""), None, "format must be that of the stream, got None; read_table"),
         (BytesIO(b"\xff"), "json", "gait file 'stream.json' must be UTF-8 text"),

@@ -228,6 +228,8 @@ def given_gait(
     """
     if format is not None or is_stream(gait):
         stream: Any = gait
+        if not is_stream(stream):
+            raise wrong(name, "must be an open stream beside a format", stream)
         gait = later.read_table(stream, format=format)
     given = gait
     if not isinstance(given, GivenGait):

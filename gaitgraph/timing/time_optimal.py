@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import whole_number
+from gaitgraph.angles import angle_within, whole_number
 from gaitgraph.errors import InputError, wrong
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.pictured import Pictured
-from gaitgraph.timing.curve import Curve, Rounding, rounded
+from gaitgraph.timing.curve import SMALLEST, Curve, Rounding, rounded
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.lifted_gait import (
     LiftedTimedGait,
@@ -492,6 +492,8 @@ def _routes(
         gait = path.polyline()
         known = limits or limits_of(gait.vehicle)
         return [_Route(gait=gait, limits=known, curve=path)]
+    if rounding is not None:
+        rounding = angle_within(rounding, "rounding", least=SMALLEST)
     origin = origin_of(path)
     gait = origin.gait
     tolerance = origin.rounding if rounding is None else rounding
