@@ -17,6 +17,7 @@ from types import UnionType
 from typing import (
     TYPE_CHECKING,
     Any,
+    ClassVar,
     Literal,
     Self,
     Union,
@@ -49,6 +50,7 @@ class Record:
     """Base of the records that are equal by value, and go to plain values and back."""
 
     __slots__ = ()
+    not_stated: ClassVar[str] = ""  # why a record cannot be made from its mapping
 
     def as_dict(self) -> dict[str, Any]:
         """Return the whole record as plain values, which JSON takes; see :meth:`from_dict`."""
@@ -56,7 +58,15 @@ class Record:
 
     @classmethod
     def from_dict(cls, mapping: Mapping[str, Any]) -> Self:
-        """Return the record that :meth:`as_dict` gave, or raise InputError."""
+        """Return the record that :meth:`as_dict` gave, or raise InputError.
+
+        The mapping of a Region or of a Cycle is not the whole of it, so that they are asked for again.
+        """
+        if cls.not_stated:
+            requirement = (
+                f"must not be that of a {cls.__name__}, whose {cls.not_stated}"
+            )
+            raise wrong("mapping", requirement, mapping)
         try:
             record = rebuilt(mapping)
         except RecursionError as error:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cache, partial
 from pathlib import Path
@@ -509,7 +509,32 @@ def tighter_of(limit: Each | None, demanded: Each | None) -> Each | None:
     """
     if limit is None or demanded is None:
         return demanded if limit is None else limit
+    if not isinstance(limit, tuple) and not isinstance(demanded, tuple):
+        return min(limit, demanded)
     return tuple(map(min, four_of(limit), four_of(demanded)))
+
+
+def lowest_limits(limits: Iterable[Mapping[str, Any]]) -> dict[str, Each]:
+    """Return the lowest of limits of rates, accelerations and jerks by kind: numbers, or four of them.
+
+    >>> lowest_limits([{"rate": 7.0, "jerk": 900.0}, {"rate": 5.0}])
+    {'rate': 5.0, 'jerk': 900.0}
+    """
+    lowest: dict[str, Any] = {}
+    for stated in limits:
+        for kind, limit in stated.items():
+            each = tuple(limit) if isinstance(limit, list) else limit
+            lowest[kind] = tighter_of(lowest.get(kind), each)
+    return lowest
+
+
+def vehicle_within(vehicle: Vehicle, limits: Mapping[str, Any]) -> Vehicle:
+    """Return a vehicle whose limits of rates, accelerations and jerks are the lower of its own and of some others."""
+    lowest: dict[str, Any] = {}
+    for kind, limit in limits.items():
+        name = f"max_tilt_{kind}"
+        lowest[name] = tighter_of(getattr(vehicle, name), limit)
+    return vehicle.replace(**lowest)
 
 
 def scale_of(limit: Each | None) -> Any:

@@ -158,8 +158,8 @@ def certify(
     Parameters
     ----------
     gait
-        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`, or a path from rest to rest. With a clock rates and accelerations are
-        claimed too; rows of a table without a law are joined by straight segments.
+        A gait in any form, see :func:`gaitgraph.gait.given.given_gait`, or a path from rest to rest. With a clock rates
+        and accelerations are claimed too; rows of a table without a law are joined by straight segments.
     vehicle, coefficients
         For tables and files; by default those that the table states, else the paper's vehicle.
     floor

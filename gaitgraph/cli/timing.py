@@ -66,9 +66,9 @@ def transition_command(
     """Find a path on the surface from FROM to TO, each a gait file or the word hover.
 
     A table is left and joined at its first row, gait1 to gait4 at a corner. Where a gait is in motion at its first row,
-    its clock starts slowly after the path, and stops slowly before it. The exit code is 1, with the proof, if there is no path: between R > 0, where
-    hover is, and R < 0 every path passes a singular matrix. It is also 1, and nothing is written, if the path is not
-    flyable (or not valid, with --require valid).
+    its clock starts slowly after the path, and stops slowly before it. The exit code is 1, with the proof, if there is
+    no path: between R > 0, where hover is, and R < 0 every path passes a singular matrix. It is also 1, and nothing is
+    written, if the path is not flyable (or not valid, with --require valid).
     """
     from gaitgraph.planning.transitions import transition
     from gaitgraph.timing.joining import HOVER

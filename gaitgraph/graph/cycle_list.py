@@ -16,10 +16,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from heapq import merge
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from gaitgraph.angles import checked_number, text_from_angle
-from gaitgraph.errors import wrong
 from gaitgraph.gait.gait import vertices
 from gaitgraph.graph.build import gait_along, metadata_of, vehicle_and_coefficients
 from gaitgraph.graph.walks import (
@@ -35,7 +34,7 @@ from gaitgraph.surface.curved_region import reached_from_hover
 from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     import networkx as nx
 
@@ -53,20 +52,13 @@ class Cycle(ClosedWalk):
     the edges, each rounded to 1e-12 rad; `surface` is the graph as it was when the search began.
     """
 
+    not_stated: ClassVar[str] = "graph is not in it"
+
     surface: nx.Graph[Any] = field(repr=False, compare=False)
 
     def _constructed_from(self) -> dict[str, Any]:
         """Return all fields but the graph."""
         return {"nodes": self.nodes, "length": self.length, "cost": self.cost}
-
-    @classmethod
-    def from_dict(cls, mapping: Mapping[str, Any]) -> Self:
-        """Raise InputError: the mapping of a cycle is without its graph, so it is searched again."""
-        raise wrong(
-            "mapping",
-            "must not be that of a Cycle, which is without its graph",
-            mapping,
-        )
 
     @property
     def sign(self) -> Sign:

@@ -292,8 +292,8 @@ def _proven_error(table: Table, motion: TimedGait, step: float) -> float:
     """Return a bound of the error of the cubics through a table's floats against the motion that it samples [rad].
 
     For a cubic with the values and slopes of both ends it is h⁴/384·max|f⁗|. Over a corner, where f‴ jumps, it is
-    h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2. Where f″ jumps, it is h²/16·max|f″|. Angles that are off by a and rates that are off by
-    b, as floats are, add a + h·b/4.
+    h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2. Where f″ jumps, it is h²/16·max|f″|. Angles that
+    are off by a and rates that are off by b, as floats are, add a + h·b/4.
     """
     tilts = tilts_from_joints(table.columns, servos_of(table))
     seconds = table["t"] - table["t"][0]

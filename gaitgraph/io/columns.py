@@ -467,8 +467,8 @@ def table_from_frame(frame: Frame) -> Table:
     """Return the gait table in a frame of pandas or polars, a table of pyarrow, or a mapping of names to arrays.
 
     Columns are as in a file: alpha1 to alpha4 (rad), or alpha1, alpha2 and color; a warning lists others. An index of
-    pandas that is named as a column of time, `t` or `time_ms` say, counts as that column. The table states what made it if `attrs` does, as
-    :meth:`Table.to_pandas` and `pandas.read_parquet` leave it.
+    pandas that is named as a column of time, `t` or `time_ms` say, counts as that column. The table states what made it
+    if `attrs` does, as :meth:`Table.to_pandas` and `pandas.read_parquet` leave it.
 
     >>> table = table_from_frame({"alpha1": [0.4, 0.8], "alpha2": [-0.4, -0.8], "color": ["red", "red"]})
     >>> len(table), list(table.columns)

@@ -30,7 +30,6 @@ from gaitgraph.io.formats import (
 )
 from gaitgraph.io.servo_map import clipped_rows, servo_map_named
 from gaitgraph.records import Record
-from gaitgraph.timing.joining import vehicle_within
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import (
     TimedGait,
@@ -40,7 +39,7 @@ from gaitgraph.timing.timed_gait import (
 )
 from gaitgraph.validation.report import Check, Report
 from gaitgraph.validation.validating import validate
-from gaitgraph.vehicle import PAPER, vehicle_named
+from gaitgraph.vehicle import PAPER, vehicle_named, vehicle_within
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

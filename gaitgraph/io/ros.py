@@ -2,7 +2,8 @@
 
 A bag has three topics: what made it, in one String; the JointTrajectory, one message stamped 0, which makes a
 controller start at once; and a JointState for each point, for plotting, from 1 s on, since tools take 0 for "not set".
-That of a flight has a fourth, a PoseStamped of the body for each point. Bags have version 8, since Humble cannot read version 9. A goal states in a comment what made it.
+That of a flight has a fourth, a PoseStamped of the body for each point. Bags have version 8, since Humble cannot read
+version 9. A goal states in a comment what made it.
 """
 
 from __future__ import annotations

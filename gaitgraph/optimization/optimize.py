@@ -112,10 +112,10 @@ class OptimalGait(Pictured):
     gait.
 
     `value` is the certified least value of the objective along the whole curve, `bound` an upper bound of it for all
-    gaits. `gap` is the largest possible improvement, as a fraction of the value. `effort` is ∫ ‖α̇‖² dt over the period [rad²/s]; `history` that of
-    every loop on the path to it. `stationarity` is the first-order (Karush–Kuhn–Tucker) residual, as a fraction of
-    the slope of the effort; `active` names the active constraints. `violation` is
-    how far it passes outside a disc, at most [rad]; of the region it is never outside.
+    gaits. `gap` is the largest possible improvement, as a fraction of the value. `effort` is ∫ ‖α̇‖² dt over the period
+    [rad²/s]; `history` that of every loop on the path to it. `stationarity` is the first-order (Karush–Kuhn–Tucker)
+    residual, as a fraction of the slope of the effort; `active` names the active constraints. `violation` is how far it
+    passes outside a disc, at most [rad]; of the region it is never outside.
     """
 
     objective: Objective

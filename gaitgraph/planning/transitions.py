@@ -35,10 +35,8 @@ from gaitgraph.timing.joining import (
     HOVER,
     JoinedPath,
     RunUp,
-    lowest_limits,
     played,
     run_up,
-    vehicle_within,
 )
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.lifted_gait import is_lifted, path_of
@@ -52,7 +50,7 @@ from gaitgraph.timing.timed_gait import (
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
 from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.validation.validating import validate
-from gaitgraph.vehicle import PAPER, Each, four_of
+from gaitgraph.vehicle import PAPER, Each, four_of, lowest_limits, vehicle_within
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -84,9 +84,7 @@ _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
 _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
 _IDLE_MARGIN = 1e-6  # distance from lines where rotors idle [rad]
-_LEAST_OF_SQUARES = (
-    0.01  # least accuracy of regions of curved sheets, which are made of squares [rad]
-)
+_LEAST_OF_SQUARES = 0.01  # accuracy of regions made of squares at the finest [rad]
 _FINEST = 1e-5  # accuracy of the borders of a margin, which is an angle itself [rad]
 _POSTURES = 33  # of each angle, among which the largest servo margin is searched
 _CUTS = 2  # of a region into cells, to see whether a border reaches it

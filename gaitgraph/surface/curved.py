@@ -55,13 +55,14 @@ class LiftedRows(NamedTuple):
 
 
 class LiftedChords(NamedTuple):
-    """Chords of the sheet above segments of (α1, α2), those of each segment in order."""
+    """Chords of the sheet above segments of (α1, α2), those of each segment in order, and the segments' numbers.
 
-    starts: FloatArray  # (p, 4) [rad]; α3 and α4 of a segment begin in [−π/2, π/2] and are continuous
-    ends: FloatArray  # (p, 4) [rad]
-    segment: npt.NDArray[
-        np.intp
-    ]  # the number of its segment, (p,); none leads through a fibre
+    α3 and α4 of a segment begin in [−π/2, π/2] and are continuous. A segment through a fibre has no chord.
+    """
+
+    starts: FloatArray  # (p, 4) [rad]
+    ends: FloatArray
+    segment: npt.NDArray[np.intp]  # (p,)
 
 
 class _Pieces(NamedTuple):
@@ -287,17 +288,22 @@ class CurvedSheet(Record):
         The second derivative of the distance along a segment is that of the sheet. Where α3 or α4 may turn by π between
         the ends the bound is π/2, as of any point. Long segments are bounded in pieces.
         """
-        bounds = self._distances_along_pieces(starts, ends)
-        length = np.abs(ends - starts).max(axis=1)
-        for k in np.flatnonzero(length > _PIECE):
-            shares = np.linspace(0.0, 1.0, math.ceil(length[k] / _PIECE) + 1)[:, None]
-            points = starts[k] + shares * (ends[k] - starts[k])
-            bounds[k] = self._distances_along_pieces(points[:-1], points[1:]).max()
-        return bounds
+        if not len(starts):
+            return np.zeros(0)
+        steps = ends - starts
+        count = np.ceil(np.abs(steps).max(axis=1) / _PIECE).astype(int).clip(min=1)
+        first = np.cumsum(count) - count  # the place of each segment's first piece
+        segment = np.repeat(np.arange(len(starts)), count)
+        number = np.arange(count.sum()) - first[segment]
+        shares = np.stack([number, number + 1]) / count[segment]
+        at = starts[segment] + shares[..., None] * steps[segment]
+        at[1, first + count - 1] = ends  # without rounding
+        return np.maximum.reduceat(self._distances_along_pieces(*at), first)
 
     def _distances_along_pieces(
         self, starts: FloatArray, ends: FloatArray
     ) -> FloatArray:
+        """Return the bounds along short segments."""
         rates, bends = self._bounds_of_pieces(starts[:, :2], ends[:, :2])
         at_ends = np.maximum(self.distances(starts), self.distances(ends))
         turns = np.abs(ends - starts)[:, 2:] + rates

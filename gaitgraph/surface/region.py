@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,7 @@ from gaitgraph.tolerances import ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import Angle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     import networkx as nx
     from shapely import Polygon
@@ -91,6 +91,8 @@ class Region(Pictured):
       2  0.0162 rad²   α1 -1.5708 to -1.4386, α2 1.4386 to 1.5708
     R ≥ 0.0026 · least singular value ≥ 0.05 · hover thrusts > 0
     """
+
+    not_stated: ClassVar[str] = "conditions are functions"
 
     inner: MultiPolygon
     outer: MultiPolygon
@@ -228,15 +230,6 @@ class Region(Pictured):
         }
         names = [condition.name for condition in self.conditions]
         return {**rings, "accuracy": self.accuracy, "conditions": names}
-
-    @classmethod
-    def from_dict(cls, mapping: Mapping[str, Any]) -> Self:
-        """Raise InputError: the conditions of a region are functions, so it is asked for again."""
-        raise wrong(
-            "mapping",
-            "must not be that of a Region, whose conditions are functions",
-            mapping,
-        )
 
     def __and__(self, other: Region) -> Region:
         pair = shapely.intersection(self.pair, other.pair)

@@ -228,8 +228,9 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     Parameters
     ----------
     gait
-        The closed polyline, on a curved sheet with rows between its corners. Straight runs are merged first; a corner nearer than :data:`SMALLEST` to the one before is
-        dropped. Blends that would overlap are shrunk until they share the segment, and marked.
+        The closed polyline, on a curved sheet with rows between its corners. Straight runs are merged first; a corner
+        nearer than :data:`SMALLEST` to the one before is dropped. Blends that would overlap are shrunk until they share
+        the segment, and marked.
     tolerance
         Largest distance between the curve and the polyline, both ways, in the (α1, α2) plane; radians, or a text such
         as "2deg". In all four angles it is √2 times as far.
@@ -406,7 +407,8 @@ def lifted(
 ) -> FloatArray:
     """Return (α1, …, α4) on a sheet above points of the plane, or above a derivative of them, shape (..., 4) [rad].
 
-    All four angles, on a curved sheet, are returned as they are. Never wrapped: (α3, α4) above `first` is taken from [−π/2, π/2], and the others follow without a jump.
+    All four angles, on a curved sheet, are returned as they are. Never wrapped: (α3, α4) above `first` is taken from
+    [−π/2, π/2], and the others follow without a jump.
     """
     if plane.shape[-1] == 4:
         return plane

@@ -27,7 +27,6 @@ from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
-    RATE_UNITS,
     RATES,
     accelerations_of,
     completed_table,
@@ -43,7 +42,7 @@ from gaitgraph.timing.timed_gait import (
     TimedPath,
     timed_gait_of,
 )
-from gaitgraph.vehicle import four_of
+from gaitgraph.vehicle import four_of, lowest_limits
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -54,7 +53,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.vehicle import Each, Vehicle, VehicleLike
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _RISE = 10.1  # k·N·T, at which the clock's rate is within 1e-9 of 1
 _AT_REST = 1e-6  # share of a gait's largest rate below which it rests
@@ -463,28 +462,6 @@ def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:
     alpha = np.vstack([out, out[-2:0:-1]])
     gait = sections[0].gait
     return replace(gait, alpha=alpha, colors=gait.colors[:1] * len(alpha), request={})
-
-
-def lowest_limits(limits: Iterable[Mapping[str, Any]]) -> dict[str, Each]:
-    """Return the lowest of limits of rates, accelerations and jerks by kind, for each arm."""
-    lowest: dict[str, Each] = {}
-    for stated in limits:
-        for kind, limit in stated.items():
-            known = four_of(lowest.get(kind, math.inf))
-            each = limit if isinstance(limit, list) else four_of(limit)
-            lowest[kind] = tuple(map(min, known, each))
-    return lowest
-
-
-def vehicle_within(vehicle: Vehicle, limits: Mapping[str, Any]) -> Vehicle:
-    """Return a vehicle whose limits of rates, accelerations and jerks are the lower of its own and of some others."""
-    own = {kind: getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS}
-    stated = {kind: limit for kind, limit in own.items() if limit is not None}
-    lowest: Any = {
-        f"max_tilt_{kind}": limit
-        for kind, limit in lowest_limits([limits, stated]).items()
-    }
-    return vehicle.replace(**lowest)
 
 
 def joined_again(

@@ -12,12 +12,12 @@ the path's polynomials it gives polynomials of time, whose Bernstein coefficient
 Three ways lead to speeds, each for what its limits ask:
 
 * from rest to rest along straight lines, in the phases of the fastest motion (:func:`rest_to_rest`);
-* along a smooth curve, or one with rests at corners, under limits of rate and acceleration. With b = ṡ² the accelerations q″b + q′s̈ are linear in b and
-  s̈. For a constant s̈ on every interval they are linear in b at its two ends, and each limit bounds the later value by an
-  increasing function of the earlier one (speeding up), the earlier by the later (slowing down), or both. Such a set is
-  closed under taking the larger of two solutions point by point, so it has a largest solution, the fastest at every
-  point. One pass forwards and one backwards from the narrowest point find it, as in Consolini et al. (Optimal
-  time-complexity speed planning for robot manipulators, 2019);
+* along a smooth curve, or one with rests at corners, under limits of rate and acceleration. With b = ṡ² the
+  accelerations q″b + q′s̈ are linear in b and s̈. For a constant s̈ on every interval they are linear in b at its two
+  ends, and each limit bounds the later value by an increasing function of the earlier one (speeding up), the earlier by
+  the later (slowing down), or both. Such a set is closed under taking the larger of two solutions point by point, so it
+  has a largest solution, the fastest at every point. One pass forwards and one backwards from the narrowest point find
+  it, as in Consolini et al. (Optimal time-complexity speed planning for robot manipulators, 2019);
 * with a limit J of the jerk √b·(q‴b + 3q″s̈ + q′·ds̈/ds) as well, which reads |q‴b + 3q″s̈ + q′·ds̈/ds| ≤ J/√b. The right
   side is convex in b and lies above its tangents: with a tangent in its place the limit is linear and implies the true
   one. Linear programmes with tangents at the solution before improve step by step.

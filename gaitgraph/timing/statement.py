@@ -1,10 +1,11 @@
 """One truth in a table: its rows. What it states of where they come from is checked once, when it is read.
 
-A table may state the motion that its rows sample: corners, law, period and number of samples, and limits for the laws of
-``pace``; the request of its plan; or these of each section of a path. :func:`checked` computes that motion again and compares it with the rows, number by number, each to half a unit of
-the last digit that this number was printed with. If all agree, the table keeps the motion (:attr:`Table.motion`).
-If one does not, or a row is missing, the whole statement is dropped with one warning, and with it the columns that
-follow from the angles. Rates that do not fit the rows are dropped too. No other place compares rows with a statement.
+A table may state the motion that its rows sample: corners, law, period and number of samples, and limits for the laws
+of ``pace``; the request of its plan; or these of each section of a path. :func:`checked` computes that motion again and
+compares it with the rows, number by number, each to half a unit of the last digit that this number was printed with. If
+all agree, the table keeps the motion (:attr:`Table.motion`). If one does not, or a row is missing, the whole statement
+is dropped with one warning, and with it the columns that follow from the angles. Rates that do not fit the rows are
+dropped too. No other place compares rows with a statement.
 """
 
 from __future__ import annotations

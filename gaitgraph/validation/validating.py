@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from gaitgraph.validation.report import check_of
 from gaitgraph.validation.rows import report_of_rows
 from gaitgraph.validation.rules import Criteria, segments_of
 from gaitgraph.validation.worst import both
-from gaitgraph.vehicle import tighter_of
+from gaitgraph.vehicle import vehicle_within
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
@@ -209,10 +209,5 @@ def _report_of_table(
 
 def _report_of_motion(table: Table, motion: TimedGait, limits: CheckOptions) -> Report:
     """Return every check of the motion that a table samples, under the limits that the table was made for too."""
-    vehicle = motion.gait.vehicle
-    made_for: dict[str, Any] = {}
-    for kind, limit in table.limits.items():
-        name = f"max_tilt_{kind}"
-        made_for[name] = tighter_of(getattr(vehicle, name), limit)
-    limited = replace(motion.gait, vehicle=vehicle.replace(**made_for))
-    return motion.with_gait(limited).check(**limits)
+    vehicle = vehicle_within(motion.gait.vehicle, table.limits)
+    return motion.with_gait(replace(motion.gait, vehicle=vehicle)).check(**limits)
