@@ -364,7 +364,10 @@ class CurvedSheet(Record):
     def _directions(self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike) -> FloatArray:
         """Return U3 and U4, shape (..., 2, 2)."""
         u1, u2 = _directions_of(alpha1), _directions_of(alpha2)
-        return np.asarray(np.einsum("abkc,...a,...b->...kc", self.opposite, u1, u2))
+        products = u1[..., :, None] * u2[..., None, :]
+        shape = products.shape[:-2]
+        table = self.opposite.reshape(4, 4)
+        return np.asarray((products.reshape(*shape, 4) @ table).reshape(*shape, 2, 2))
 
     def _turned(self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike) -> FloatArray:
         """Return the derivatives of U3 and U4 with respect to α1 and α2, shape (..., 2, 2, 2): rotor, angle, component."""

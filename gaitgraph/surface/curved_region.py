@@ -8,8 +8,8 @@ square that is neither proven to fly nor not to is cut in four, down to the accu
 from __future__ import annotations
 
 import math
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import shapely
@@ -27,6 +27,8 @@ from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.matrices import BoolArray
     from gaitgraph.surface.sheets import Sign
@@ -65,28 +67,53 @@ def sheet_region(
 def _region(
     vehicle: Vehicle, sign: Sign | None, floor: float, accuracy: float
 ) -> Region:
-    conditions = _Conditions(vehicle, sign, floor)
+    inside, undecided, unit = _squares(vehicle, floor, accuracy)
+    if sign is not None:
+        wanted = 1 if sign == "positive" else -1
+        inside = inside.at(inside.signs == wanted)
+        undecided = undecided.at(undecided.signs != -wanted)
+    inner = _union(inside.sides, unit)
+    outer = _union(np.concatenate([inside.sides, undecided.sides]), unit)
+    name = f"hover thrusts in range · tilts in range · least singular value ≥ {floor:g}"
+    broken_at = partial(_Conditions(vehicle, floor).broken_at, sign)
+    return region_of(
+        [inner, outer], accuracy, Condition(name=name, broken_at=broken_at)
+    )
+
+
+class _Squares(NamedTuple):
+    """Squares: their least and their largest α1 and α2, shape (m, 4) [rad], and the sign of R on them, 0 if unknown."""
+
+    sides: FloatArray
+    signs: FloatArray
+
+    def at(self, chosen: BoolArray) -> _Squares:
+        """Return some of the squares."""
+        return _Squares(self.sides[chosen], self.signs[chosen])
+
+
+@lru_cache(maxsize=32)
+def _squares(
+    vehicle: Vehicle, floor: float, accuracy: float
+) -> tuple[_Squares, _Squares, float]:
+    """Return the squares on which all conditions hold, the small ones that are not decided, and a divisor of their sides."""
+    conditions = _Conditions(vehicle, floor)
     reach = HALF_PI / _SQUARES
     line = np.linspace(-HALF_PI, HALF_PI, 2 * _SQUARES + 1)[1::2]
     centers = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     quarters = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) / 2
-    inside, undecided = [], []
-    while len(centers):
-        holds, fails = conditions.decided(centers, reach)
-        inside.append(_sides(centers[holds], reach))
-        centers = centers[~holds & ~fails]
-        if 3 * reach < accuracy:
-            undecided.append(_sides(centers, reach))
+    inside = []
+    while True:
+        holds, fails, signs = conditions.decided(centers, reach)
+        squares = _Squares(np.hstack([centers - reach, centers + reach]), signs)
+        inside.append(squares.at(holds))
+        is_open = ~holds & ~fails
+        if 3 * reach < accuracy or not is_open.any():
             break
-        centers = (centers[:, None] + quarters * reach).reshape(-1, 2)
+        centers = (centers[is_open, None] + quarters * reach).reshape(-1, 2)
         reach /= 2
-    # Sides that squares share are multiples of the smallest, so that no gap is left between them.
-    inner = shapely.union_all(_boxes(inside, reach))
-    outer = shapely.union_all(_boxes([*inside, *undecided], reach))
-    name = f"hover thrusts in range · tilts in range · least singular value ≥ {floor:g}"
-    return region_of(
-        [inner, outer], accuracy, Condition(name=name, broken_at=conditions.broken_at)
-    )
+    held = _Squares(*map(np.concatenate, zip(*inside, strict=True)))
+    return held, squares.at(is_open), 2 * reach
 
 
 def reached_from_hover(
@@ -99,7 +126,7 @@ def reached_from_hover(
     """
     vehicle = vehicle_named(vehicle)
     unknown = "not decided whether a flight from hover can enter the gait"
-    reason = _Conditions(vehicle, "positive", floor).broken_at(0.0, 0.0)
+    reason = _Conditions(vehicle, floor).broken_at("positive", 0.0, 0.0)
     if reason is not None:
         return None, f"{unknown}: hover on the sheet cannot fly: {reason}"
     nearest = plane[np.linalg.norm(plane, axis=1).argmin()]
@@ -118,22 +145,33 @@ def reached_from_hover(
     return True, "a flyable path on the sheet joins it to hover"
 
 
-def _sides(centers: FloatArray, reach: float) -> FloatArray:
-    """Return the least and the largest α1 and α2 of squares, shape (m, 4)."""
-    return np.hstack([centers - reach, centers + reach])
+def _union(sides: FloatArray, unit: float) -> BaseGeometry:
+    """Return the union of squares that do not overlap, whose sides are multiples of a unit.
 
-
-def _boxes(sides: list[FloatArray], unit: float) -> Any:
-    return shapely.box(*(unit * np.rint(np.concatenate(sides) / unit)).T)
+    The squares are drawn on a grid of that unit, so that no gap is left between them. A rectangle for each run of
+    covered cells is united much quicker than the squares.
+    """
+    count = round(math.pi / unit)
+    left, bottom, right, top = np.rint((sides.T + HALF_PI) / unit).astype(int)
+    corners = np.zeros((count + 1, count + 1), dtype=np.int8)
+    np.add.at(corners, (left, bottom), 1)
+    np.add.at(corners, (right, top), 1)
+    np.add.at(corners, (left, top), -1)
+    np.add.at(corners, (right, bottom), -1)
+    covered = corners.cumsum(axis=0, dtype=np.int8).cumsum(axis=1, dtype=np.int8)
+    ends = np.diff(covered, axis=1, prepend=0)
+    column, first = np.nonzero(ends == 1)
+    _, last = np.nonzero(ends == -1)
+    runs = np.array([column, first, column + 1, last]) - count // 2
+    return shapely.union_all(shapely.box(*(unit * runs)))
 
 
 class _Conditions:
     """The conditions of level flight on the sheet, on squares of the (α1, α2) plane."""
 
-    def __init__(self, vehicle: Vehicle, sign: Sign | None, floor: float) -> None:
+    def __init__(self, vehicle: Vehicle, floor: float) -> None:
         rotors = rotors_of(vehicle)
         self.vehicle = vehicle
-        self.sign = sign
         self.floor = floor
         self.coefficients = coefficients_of(vehicle, "exact")
         self.sheet = sheet_of(rotors)
@@ -148,12 +186,13 @@ class _Conditions:
             forms.append(-self.sheet.tilt_border(rotor, high))
         self.forms = np.array(forms)
 
-    def broken_at(self, alpha1: float, alpha2: float) -> str | None:
-        """Return why a point is not in the region, with numbers, or None if it is."""
+    def broken_at(self, sign: Sign | None, alpha1: float, alpha2: float) -> str | None:
+        """Return why a point is not in the region of a sign of R, with numbers, or None if it is."""
         alpha = np.array([alpha1, alpha2, *self.sheet.angles(alpha1, alpha2)])
         R = float(level_determinant(alpha, self.coefficients))
-        if not self._signed(R) > 0:
-            relation = RELATION.get(str(self.sign), "R ≠ 0")
+        has_sign = {"positive": R > 0, "negative": R < 0}.get(str(sign), R != 0)
+        if not has_sign:
+            relation = RELATION.get(str(sign), "R ≠ 0")
             return f"R at level attitude must be {relation[2:]}, got {R:.4g}"
         size = float(least_singular_value(alpha, self.vehicle))
         if not size >= self.floor:
@@ -172,8 +211,13 @@ class _Conditions:
             return f"α{rotor + 1} must be within the range of its arm, got {got}"
         return None
 
-    def decided(self, centers: FloatArray, reach: float) -> tuple[BoolArray, BoolArray]:
-        """Return on which squares around centers, shape (m, 2), all conditions hold, and on which one fails, shape (m,)."""
+    def decided(
+        self, centers: FloatArray, reach: float
+    ) -> tuple[BoolArray, BoolArray, FloatArray]:
+        """Return on which squares around centers, shape (m, 2), all conditions hold, on which one fails, and the sign of R.
+
+        All have the shape (m,). The sign is 0 where it is not known.
+        """
         values, changes = self._forms_on(centers, reach)
         sign = np.sign(values[0])
         least = (sign * values - changes).min(axis=0)
@@ -187,23 +231,21 @@ class _Conditions:
             axis=1
         )
 
+        holds = np.zeros(len(centers), dtype=bool)
+        signs = np.zeros(len(centers))
+        left = np.flatnonzero(~fails)
+        centers, least = centers[left], least[left]
         opposite = self.sheet.changes_within(centers[:, 0], centers[:, 1], reach)
         alpha = np.hstack([centers, self.sheet.angles(*centers.T)])
         turned = np.hstack([np.full(centers.shape, reach), opposite])
         size = least_singular_value(alpha, self.vehicle)
         change = np.linalg.norm(self.rates * turned, axis=1)
-        R = self._signed(level_determinant(alpha, self.coefficients))
-        holds = (least > 0) & (size - change >= self.floor) & (R > 0)
-        fails |= size + change < self.floor
+        R = level_determinant(alpha, self.coefficients)
         # An angle that turns by π turns the sign of R, without which R keeps it where the matrix is invertible.
-        fails |= (least > 0) & (size - change > 0) & (R < 0)
-        return holds, fails
-
-    def _signed(self, R: Any) -> Any:
-        """Return R, such that it is positive where it has the sign."""
-        if self.sign is None:
-            return np.abs(R)
-        return R if self.sign == "positive" else -R
+        signs[left] = np.sign(R) * ((least > 0) & (size > change))
+        holds[left] = (signs[left] != 0) & (size - change >= self.floor)
+        fails[left] = size + change < self.floor
+        return holds, fails, signs
 
     def _forms_on(
         self, centers: FloatArray, reach: float
@@ -213,8 +255,9 @@ class _Conditions:
             np.stack([np.cos(angles), np.sin(angles)])
             for angles in (centers.T, centers.T + math.pi / 2)
         )
+        tables = self.forms.reshape(-1, 4)
         values, by_first, by_second = (
-            np.einsum("kab,am,bm->km", self.forms, first, second)
+            tables @ (first[:, None] * second).reshape(4, -1)
             for first, second in (
                 (u[:, 0], u[:, 1]),
                 (turned[:, 0], u[:, 1]),
