@@ -150,23 +150,6 @@ def test_work_ends_even_where_the_tolerance_is_finer_than_floats(zero: float) ->
     assert fraction == pytest.approx((1 + zero) / 2, abs=1e-12)
 
 
-@by_vehicle(PAPER, MIRRORED, STRONG, RAISED, EVERY_KIND[4])
-def test_the_bound_along_red_is_true_and_of_second_order(vehicle: Vehicle) -> None:
-    rng = np.random.default_rng(0)
-    start, turn = rng.uniform(-1.4, 1.4, (300, 2)), rng.uniform(0, 2 * np.pi, 300)
-    for step, most in ((1.5, math.inf), (0.05, 0.2), (0.005, 5e-3)):
-        end = start + step * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        plane = points_of(np.tile(start, 2), np.tile(end, 2))
-        values = matrices.least_singular_value_on_red(
-            plane[..., 0], plane[..., 1], vehicle
-        )
-        least = values.min(axis=1)
-        path = np.stack([start, end], axis=1).reshape(-1, 2)
-        bound = bounds.bound_along_red_path(path.T, vehicle)[::2]
-        assert (bound <= least).all()
-        assert (bound >= least - most * np.maximum(least, 0.05)).all()
-
-
 @settings(deadline=None, max_examples=50)
 @given(
     bend=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 30.0]),

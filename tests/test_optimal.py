@@ -16,7 +16,6 @@ from gaitgraph.errors import Infeasible, MissingConstant
 from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
     least_singular_value,
-    least_singular_value_on_red,
 )
 from gaitgraph.optimization import optimize
 from gaitgraph.optimization.least_effort import (
@@ -30,6 +29,7 @@ from gaitgraph.surface.region import Discs, Zones, component_meeting
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
+from tests.samples import on_red
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -94,7 +94,7 @@ def test_highest_level_is_that_of_the_pass_between_obstacles() -> None:
     a1, a2 = np.meshgrid(*axes, indexing="ij")
     usable = region.contains(np.stack([a1, a2], axis=-1).reshape(-1, 2))
     height = np.where(
-        usable.reshape(a1.shape), least_singular_value_on_red(a1, a2), 0.0
+        usable.reshape(a1.shape), least_singular_value(on_red(a1, a2)), 0.0
     )
     first, second = (np.hypot(a1 - x, a2 - y) <= 0.05 for x, y in discs.centers)
     for level, joined in ((upper * 0.98, True), (upper * 1.001, False)):
@@ -183,7 +183,7 @@ def test_a_found_gait_holds_between_samples(name: str) -> None:
 def test_the_bound_is_the_best_point_of_the_worst_disc() -> None:
     turn, share = np.meshgrid(np.linspace(0, 2 * math.pi, 721), np.linspace(0, 0.1, 41))
     best = [
-        least_singular_value_on_red(x + share * np.cos(turn), y + share * np.sin(turn))
+        least_singular_value(on_red(x + share * np.cos(turn), y + share * np.sin(turn)))
         for x, y in SQUARE
     ]
     expected = min(values.max() for values in best)

@@ -18,7 +18,7 @@ from scipy.spatial import ConvexHull
 
 import gaitgraph as gg
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.matrices import least_singular_value_on_red
+from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.planning.any_angle import straight_loop_holds
 from gaitgraph.planning.branch import Branch
 from gaitgraph.planning.request import plan_request
@@ -26,6 +26,7 @@ from tests.published import GAITS
 from tests.samples import (
     MIRRORED,
     loop_of,
+    on_red,
     planning_region,
     random_vehicle,
     replan_requests,
@@ -183,7 +184,7 @@ def test_waypoints_closer_to_a_curved_border_than_its_polygon_are_passed(
     beside: float,
 ) -> None:
     def above_floor(a2: float, a1: float) -> float:
-        return float(least_singular_value_on_red(a1, a2)) - 0.5
+        return float(least_singular_value(on_red(a1, a2))) - 0.5
 
     borders = [brentq(above_floor, -1.0, -0.167, (a1,), 1e-15) for a1 in (0.25, 0.5)]
     points = [(0.25, borders[0] - beside), (0.5, borders[1] - beside), (1.0, -1.0)]
@@ -237,7 +238,7 @@ def test_no_loop_is_more_robust(monkeypatch: pytest.MonkeyPatch) -> None:
         asked: Any = {"objective": "robust", "keep_out": keep_out, "accuracy": 0.01}
         plan = exact(points, **asked)
         value = plan.report["least_singular_value"].value
-        best = least_singular_value_on_red(*np.array(worst).T).min()
+        best = least_singular_value(on_red(*np.array(worst).T)).min()
         assert value == pytest.approx(best, abs=1e-5)
         straight = exact(points, keep_out=keep_out)
         assert loop_of(straight).length <= loop_of(plan).length

@@ -20,12 +20,12 @@ import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.explorer.queries import diagram_of
-from gaitgraph.invertibility.matrices import least_singular_value_on_red
+from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.plots.axes import BLUE, GREY, PALETTE, RED
 from gaitgraph.plots.figures import draw
 from gaitgraph.plots.gaits import draw_robustness
 from gaitgraph.surface.sheets import PLANE_TYPES
-from tests.samples import BEETLE, EXACT, PUBLISHED, by_vehicle, gait_of_paper
+from tests.samples import BEETLE, EXACT, PUBLISHED, by_vehicle, gait_of_paper, on_red
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -304,12 +304,12 @@ def test_singular_value_map(ax: Axes, vehicle: gg.Vehicle) -> None:
     filled: Any = ax.collections[0]
     lines: Any = ax.collections[1]
     axis = np.linspace(-HALF_PI, HALF_PI, 61)
-    values = least_singular_value_on_red(axis[:, None], axis, vehicle)
+    values = least_singular_value(on_red(*np.meshgrid(axis, axis)), vehicle)
     assert filled.levels[0] == 0
     assert filled.levels[-1] >= values.max()  # no holes
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
         places = np.asarray(path.vertices)
-        found = least_singular_value_on_red(places[:, 0], places[:, 1], vehicle)
+        found = least_singular_value(on_red(*places.T), vehicle)
         assert found == pytest.approx(level, abs=0.02)
 
 

@@ -14,7 +14,7 @@ import shapely
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import (
-    least_singular_value_on_red,
+    least_singular_value,
     scaled_decoupling_matrix,
 )
 from gaitgraph.planning import Replan, Replanner, ShortestPaths
@@ -95,7 +95,7 @@ def test_random_requests_are_answered_by_the_shortest_paths_and_they_fly(
             ]
         )
         vehicle = replanner.vehicle
-        values = least_singular_value_on_red(points[:, 0], points[:, 1], vehicle)
+        values = least_singular_value(points, vehicle)
         worst = scaled_decoupling_matrix(points[values.argmin()], vehicle)
         with mpmath.workdps(30):
             exact = min(mpmath.svd(mpmath.matrix(worst), compute_uv=False))

@@ -398,33 +398,6 @@ def largest_least_singular_value(vehicle: Vehicle) -> float:
     return math.sqrt(float(squares.sum()) / 3)
 
 
-def least_singular_value_on_red(
-    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: VehicleLike = PAPER
-) -> Any:
-    """Return the least singular value at α = (α1, α2, α1, α2), level, of a symmetric vehicle, shape (...).
-
-    The matrix is there √2 times two blocks, of yaw torque and lift and of roll and pitch torque, of rotors 1 and 2. The
-    singular values of a block [[a, b], [c, d]] have the product |ad − bc|, and the larger one is half the lengths of
-    (a + d, b − c) and (a − d, b + c) together. So points that mirror each other have the same value to the last digit.
-    """
-    first, second = np.broadcast_arrays(
-        angles_from(alpha1, "alpha1"), angles_from(alpha2, "alpha2")
-    )
-    level = level_of_vehicle(vehicle)
-    columns = np.concatenate([level.moment, level.force[:, 2:]], axis=1)[:2]
-    rows = [
-        [cosine * np.cos(angle) + sine * np.sin(angle) for cosine, sine in column]
-        for column, angle in zip(columns, (first, second), strict=True)
-    ]
-    values = []
-    for top, bottom in ((2, 3), (0, 1)):
-        (a, b), (c, d) = ((rows[0][k], rows[1][k]) for k in (top, bottom))
-        size = np.hypot(a + d, b - c) + np.hypot(a - d, b + c)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            values.append(np.where(size > 0, 2 * np.abs(a * d - b * c) / size, 0.0))
-    return math.sqrt(2.0) * np.minimum(*values)
-
-
 def singular_value_rate(vehicle: Vehicle, *, level: bool = True) -> float:
     """Return a Lipschitz constant of all singular values per radian of ‖Δα‖: the largest length of a column.
 

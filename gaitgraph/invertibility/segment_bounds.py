@@ -28,10 +28,7 @@ from gaitgraph.invertibility.forms import (
     level_of,
     rotors_of,
 )
-from gaitgraph.invertibility.matrices import (
-    hover_thrust_shares,
-    least_singular_value_on_red,
-)
+from gaitgraph.invertibility.matrices import hover_thrust_shares
 from gaitgraph.tolerances import IDLE_SHARE, ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -43,7 +40,6 @@ Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 _BATCH = 1 << 14  # segments that are searched at once, so that memory is bounded
-_PARTS = 8  # of a step of a path on red
 # Few intervals are cut finer: an iteration over them is cheap.
 _FEW, _PIECES, _POINTS = 64, 16, 1024
 _LONG = 0.05  # a longer segment is hardly settled without a cut to this length [rad]
@@ -501,19 +497,6 @@ def keeps_singular_value_above(
         starts, ends, vehicle, tolerance=1e-6, floor=floor, each=True
     )
     return np.asarray(found.lower >= floor)
-
-
-def bound_along_red_path(plane: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return a lower bound of the least singular value, level, between each two points (α1, α2) of red, rows (2, n)."""
-    shares = np.arange(_PARTS)[:, None] / _PARTS
-    parts = plane[:, None, :-1] + shares * np.diff(plane)[:, None]
-    rows = np.append(np.swapaxes(parts, 1, 2).reshape(2, -1), plane[:, -1:], axis=1)
-    points = np.concatenate([rows, rows]).T
-    values = least_singular_value_on_red(rows[0], rows[1], vehicle)
-    bound = singular_value_bound(level_of(rotors_of(vehicle)).rate)
-    least = bound(values[:-1], values[1:], points[:-1], points[1:])
-    least = least.reshape(-1, _PARTS).min(axis=1)
-    return np.asarray(np.maximum((1 - 1e-12) * least - 1e-14, 0.0))
 
 
 class _Thrusts:

@@ -25,7 +25,7 @@ from gaitgraph.graph.walks import (
     shortest_order,
 )
 from gaitgraph.invertibility.matrices import (
-    least_singular_value_on_red,
+    least_singular_value,
     level_determinant,
     noise_of,
 )
@@ -160,7 +160,7 @@ def _is_most_robust(loop: Loop) -> bool:
     """Return whether the least singular value along a straight loop is that of a waypoint: none has a higher one."""
     starts, ends, vehicle = loop.path.alpha, loop.path.ends, loop.path.vehicle
     along = least_singular_value_along(starts, ends, vehicle, tolerance=1e-7)
-    at_waypoints = least_singular_value_on_red(starts[:, 0], starts[:, 1], vehicle)
+    at_waypoints = least_singular_value(starts, vehicle)
     return bool(along.lower.min() >= at_waypoints.min() - 1e-6)
 
 
@@ -384,9 +384,8 @@ def _prepared(margin: float, margin_floor: float, **asked: Any) -> PreparedRegio
 def _most_robust_region(branch: Branch) -> PreparedRegion:
     """Return the region with the highest floor of the least singular value that still joins all waypoints."""
     points = np.array(branch.request.waypoints)
-    at_waypoints = least_singular_value_on_red(
-        points[:, 0], points[:, 1], branch.request.vehicle
-    )
+    on_red = points[:, [0, 1, 0, 1]]
+    at_waypoints = least_singular_value(on_red, branch.request.vehicle)
     low = branch.request.floor if branch.require == "flyable" else 0.0
     high = float(at_waypoints.min())
     if high <= low or not _joins_all(prepared_region(branch), branch):

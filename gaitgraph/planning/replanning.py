@@ -20,7 +20,7 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.nodes import checked_waypoints
 from gaitgraph.invertibility.coefficients import check_symmetric
 from gaitgraph.invertibility.forms import FloatArray, rotors_of
-from gaitgraph.invertibility.segment_bounds import bound_along_red_path
+from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.planning.request import groups_of_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.records import Record
@@ -34,7 +34,7 @@ from gaitgraph.surface.region import (
 from gaitgraph.surface.sheets import SignChoice, separating_factor
 from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, Motion, TimedGait
-from gaitgraph.tolerances import DEFAULT_FLOOR, SAME_ANGLE
+from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, Vehicle, four_of, vehicle_named
 
 if TYPE_CHECKING:
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import VehicleLike
 
 _ROUNDING = 1e-10  # of a time
-_STEP = 0.05  # rad between two points at which the singular values are computed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -248,20 +247,19 @@ class Replanner:
             vehicle=self.vehicle,
             approach=approach,
             loop=loop,
-            least_singular_value=self._least_singular_value(path, lengths),
+            least_singular_value=self._least_singular_value(path),
             duration=float(lengths[:entered].sum() * slowest),
             period=float(lengths[entered:].sum() * slowest),
         )
 
-    def _least_singular_value(self, path: FloatArray, lengths: FloatArray) -> float:
-        """Return a lower bound of the least singular value along a path, from points at small steps."""
-        steps = np.maximum(np.ceil(lengths / _STEP), 1)
-        corners = np.concatenate([[0], np.cumsum(steps)])
-        points = np.arange(corners[-1] + 1)
-        plane = np.array([np.interp(points, corners, axis) for axis in path.T])
-        bound = bound_along_red_path(plane, self.vehicle)
+    def _least_singular_value(self, path: FloatArray) -> float:
+        """Return a lower bound of the least singular value along a path."""
+        on_red = path[:, [0, 1, 0, 1]]
+        found = least_singular_value_along(
+            on_red[:-1], on_red[1:], self.vehicle, tolerance=1e-3
+        )
         # The region keeps the floor itself.
-        return max(float(bound.min()), self.floor)
+        return max(float(found.lower.min()) - ROUND_OFF, self.floor)
 
     def _refused(self, reason: str) -> Replan:
         return Replan(

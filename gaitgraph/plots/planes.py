@@ -445,8 +445,7 @@ def servo_margin_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) ->
     vehicle = vehicle_named(vehicle)
     axis = np.linspace(-HALF_PI, HALF_PI, _MARGINS)
     a1, a2 = np.meshgrid(axis, axis)
-    a3, a4 = sheets.sheet_angles("red", a1, a2, coefficients_of(vehicle, "exact"))
-    postures = np.stack([a1, a2, a3, a4], axis=-1).reshape(-1, 4)
+    postures = _on_red(a1, a2, vehicle).reshape(-1, 4)
     margins = np.degrees(servo_margins_found(postures, vehicle, DEFAULT_FLOOR, 10))
     return _shaded_map(ax, vehicle, margins.reshape(a1.shape), 5.0, "servo margin (°)")
 
@@ -455,9 +454,16 @@ def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) 
     """Draw the least singular value on the red sheet in level flight, with exact coefficients, and a color bar."""
     vehicle = vehicle_named(vehicle)
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS)
-    values = matrices.least_singular_value_on_red(a1, a2, vehicle)
+    values = matrices.least_singular_value(_on_red(a1, a2, vehicle), vehicle)
     label = "least singular value (dimensionless)"
     return _shaded_map(ax, vehicle, values, 0.1, label)
+
+
+def _on_red(a1: FloatArray, a2: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return the tilt angles of the red sheet, shape (..., 4)."""
+    exact = coefficients_of(vehicle, "exact")
+    opposite = sheets.sheet_angles("red", a1, a2, exact)
+    return np.stack([a1, a2, *opposite], axis=-1)
 
 
 def _shaded_map(

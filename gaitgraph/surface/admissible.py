@@ -459,12 +459,13 @@ def singular_value_region(
     floor, accuracy = checked_floor(floor), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
     limit = _bound(
-        "least singular value",
-        "≥",
-        floor,
-        partial(matrices.least_singular_value_on_red, vehicle=vehicle),
+        "least singular value", "≥", floor, partial(_singular_value, vehicle)
     )
     return region_of(_singular_value_pair(floor, vehicle, accuracy), accuracy, limit)
+
+
+def _singular_value(vehicle: Vehicle, alpha1: float, alpha2: float) -> Any:
+    return matrices.least_singular_value([alpha1, alpha2, alpha1, alpha2], vehicle)
 
 
 @lru_cache(maxsize=64)
