@@ -1,4 +1,4 @@
-"""How wrong servos and drags may be (docs/theory.md, 22): formulas, random errors, and matrices of their own.
+"""How wrong servos and drags may be (docs/theory.md, 19): formulas, random errors, and matrices of their own.
 
 A few random gaits by default; ``CASES=1000 pytest tests/test_error_margins.py`` takes as many.
 """

@@ -291,7 +291,7 @@ def test_the_height_of_the_rotors_changes_no_hover_thrust_on_red() -> None:
 @pytest.mark.parametrize("height", [0.0, 0.3, -2.0])
 @pytest.mark.parametrize("kappa", KAPPAS)
 def test_closed_forms_of_the_theory(kappa: float, height: float) -> None:
-    """docs/theory.md, 2 and 19: zero-moment thrusts and their force of equal arms at a height, and R on red."""
+    """docs/theory.md, 6 and 7: zero-moment thrusts and their force of equal arms at a height, and R on red."""
     vehicle = Vehicle(drag_ratio=kappa, arm_length=1.0, rotor_height=height)
     delta, alpha = math.atan(kappa), random_tilts(8, 200)
     beta = alpha - delta * np.array([1, -1, 1, -1])

@@ -504,7 +504,7 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
     assert region.why_not((-0.5, 0.5)) is None
 
 
-# Servo margins (docs/theory.md, 22)
+# Servo margins (docs/theory.md, 19)
 
 
 @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])

@@ -35,8 +35,49 @@ def test_the_pictures_are_drawn_by_their_script(
         assert different is None
 
 
+def test_thrusts_without_a_moment_of_a_symmetric_vehicle() -> None:
+    """Theorem 5: the kernel (g, h, U3, U4) of wrenches by determinants, and its factor k = −2·ρ1·ρ2·sin² ψ."""
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        first, second = rng.uniform(0.1, 0.3, (2, 3)) * [[1, 1, 1], [-1, 1, 1]]
+        half_turn = [-1, -1, 1]
+        rotors = gg.invertibility.Geometry.of_vehicle(
+            gg.Vehicle(
+                mass=1.0,
+                drag_to_thrust=[0.02, 0.03, 0.02, 0.03],
+                rotor_positions=[first, second, first * half_turn, second * half_turn],
+            )
+        )
+
+        def wrenches(angles: Any, rotors: Any = rotors) -> Any:
+            """Return moments and horizontal forces per thrust, a row for each rotor."""
+            moments = rotors.moment_matrix(angles)
+            return np.vstack([moments, rotors.force_matrix(angles)[:2]]).T
+
+        alpha = rng.uniform(-np.pi, np.pi, 4)
+        w1, w2 = wrenches(alpha)[:2]
+        (a3, a4), (b3, b4) = (
+            wrenches(np.zeros(4))[2:],
+            wrenches(np.ones(4) * np.pi / 2)[2:],
+        )
+        kernel = [
+            np.linalg.det([w2, a3, b3, a4, b4]),
+            -np.linalg.det([w1, a3, b3, a4, b4]),
+            np.linalg.det([w1, w2, b3, a4, b4]),
+            -np.linalg.det([w1, w2, a3, a4, b4]),
+            np.linalg.det([w1, w2, a3, b3, b4]),
+            -np.linalg.det([w1, w2, a3, b3, a4]),
+        ]
+        yaw1, yaw2 = w1[2], w2[2]
+        u1, u2 = np.stack([np.cos(alpha[:2]), np.sin(alpha[:2])], axis=1)
+        k = -2 * np.linalg.det([first[:2], second[:2]]) ** 2
+        k = k / np.hypot(*first[:2]) / np.hypot(*second[:2])
+        expected = k * np.array([yaw2, -yaw1, *(yaw2 * u1), *(-yaw1 * u2)])
+        np.testing.assert_allclose(kernel, expected, atol=1e-15)
+
+
 def test_the_published_R_on_blue_is_a_line_in_two_cosines() -> None:
-    """Section 7."""
+    """Section 9."""
     a, b = PUBLISHED.attitude, PUBLISHED.single
     c, d = PUBLISHED.double, PUBLISHED.triple
     slope = (2 * a - b - d) / (2 * np.sqrt(1 + a * a))
@@ -59,7 +100,7 @@ def test_the_published_R_on_blue_is_a_line_in_two_cosines() -> None:
 
 
 def test_printed_blue_vertices_have_R_above_zero() -> None:
-    """Section 7: seven of eight, by (6) corrected."""
+    """Section 9: seven of eight, by (6) corrected."""
     blue = [
         (*plane, *printed)
         for gait in GAITS[:2]
@@ -119,7 +160,7 @@ def test_bounds_of_the_least_singular_value() -> None:
 
 
 def test_grid_loops_tend_to_the_octile_length() -> None:
-    """Section 18."""
+    """Section 17."""
     loop = np.array([(0.3, -1.2), (1.2, -0.9), (0.9, -0.3)])
     steps = np.abs(np.roll(loop, -1, axis=0) - loop)
     octile = (steps.max(axis=1) + (np.sqrt(2) - 1) * steps.min(axis=1)).sum()

@@ -38,7 +38,7 @@ def draw_direction(ax: Axes3D, alpha: list[float]) -> None:
     """Draw thrusts without a torque, their sum N, and the disc across N."""
     thrust_axes = gg.invertibility.control_force_matrix(alpha).T
     thrust_axes = thrust_axes / gg.PAPER.thrust_coefficient
-    # u₀ of the page; the inputs of the package are those of v, section 2.
+    # ν of the page, section 7, but for the factor −1/cos³ δ; the inputs of the package are those of v.
     u = -2 * gg.PAPER.drag_ratio * np.cos(DELTA) ** 3 * zero_moment_inputs(alpha)
     forces = thrust_axes * u[:, None]
     N = forces.sum(axis=0)

@@ -1,4 +1,4 @@
-r"""How wrong servos and drags may be: the largest errors that a gait bears (docs/theory.md, 22).
+r"""How wrong servos and drags may be: the largest errors that a gait bears (docs/theory.md, 19).
 
 A gait bears errors of a size if, at each of its points and for any errors up to that size, each rotor's its own, the
 level matrix keeps its least singular value, and the hover thrusts are positive and within the limit of the vehicle.

@@ -1,4 +1,4 @@
-r"""Every quantity of level flight as a multilinear form in the tilt angles (docs/theory.md, 21).
+r"""Every quantity of level flight as a multilinear form in the tilt angles (docs/theory.md, 2).
 
 The force and the moment of a rotor are linear in u = (cos α, sin α), whatever its place, drag and spin. So are, in each of
 the four u, the zero-moment inputs wᵢ (without uᵢ) and the zero-moment direction v = (−Rθ, Rφ, R). A form is a table of its

@@ -495,7 +495,7 @@ def servo_margin_region(
     floor: float = DEFAULT_FLOOR,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:
-    """Return where level flight bears errors of the tilt angles on red (docs/theory.md, 22).
+    """Return where level flight bears errors of the tilt angles on red (docs/theory.md, 19).
 
     A point bears them if, at the 16 corners of the box of errors, the hover thrusts are positive and within the
     vehicle's limit, and if at the four of these corners that lie on red the least singular value is at least the floor.

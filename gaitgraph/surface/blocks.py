@@ -1,4 +1,4 @@
-r"""The level matrix on the red sheet of a symmetric vehicle: two blocks of two columns (docs/theory.md, 18).
+r"""The level matrix on the red sheet of a symmetric vehicle: two blocks of two columns (docs/theory.md, 6).
 
 Where α3 = α1 and α4 = α2, a half turn maps the columns of rotors 1 and 2 to those of 3 and 4. Sums of opposite columns
 make yaw torque and lift alone, differences make roll and pitch torque alone. So the singular values of the matrix are

@@ -11,7 +11,7 @@ so inside it the border is one graph over the chord, through both of its ends; a
 chord than (e + M·ℓ²/8)/m. Chords for which that is too much are divided.
 
 On the red sheet of a symmetric vehicle every condition is, for fixed α1, of degree one or two in u2 = (cos α2, sin α2), so
-its border is an explicit function of α1 (docs/theory.md, 18):
+its border is an explicit function of α1 (docs/theory.md, 17):
 
 * R is a constant times the determinants of two 2×2 blocks, each a form u1ᵀ·B·u2, which vanishes at one α2 modulo π;
 * the squares of the singular values of a block have the product det² and the sum F of its squared entries. With

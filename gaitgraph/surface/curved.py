@@ -1,4 +1,4 @@
-r"""The one sheet on which any four tilting rotors can fly, in closed form (docs/theory.md, 24).
+r"""The one sheet on which any four tilting rotors can fly, in closed form (docs/theory.md, 5).
 
 Let Wᵢ·uᵢ be the wrench of rotor i, moment and force per thrust, with uᵢ = (cos αᵢ, sin αᵢ). Cramer's rule for the six
 columns W1·u1, W2·u2, W3 and W4, in the five rows without the vertical force, gives four thrusts whose moments and

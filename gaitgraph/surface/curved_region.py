@@ -1,7 +1,7 @@
 """Where any four rotors can fly on their sheet: squares of the (α1, α2) plane that are proven, small ones at the border.
 
 On a square around a point a form in u1 and u2 changes by its slopes there and by its waves, a column of the level
-matrix by its length and the change of its angle, and no singular value by more than the matrix (docs/theory.md, 24). A
+matrix by its length and the change of its angle, and no singular value by more than the matrix (docs/theory.md, 18). A
 square that is neither proven to fly nor not to is cut in four, down to the accuracy.
 """
 

@@ -24,7 +24,7 @@ does this for every vehicle that a half turn maps to itself.
 
 All this is for rotors at the height of the centre of mass. With a rotor height H red and the fibres stay solutions, and
 their hover thrusts do not change; R does, and instead of the lines there is a curve. Blue is no solution then, and not
-singular in level flight: its zero-moment direction leans (docs/theory.md, 19).
+singular in level flight: its zero-moment direction leans (docs/theory.md, 9).
 
 Plane types are neighbours on a loop as in Figure 15: an angle must not step from its + plane to its − plane, but may
 pass through `?`, where the planes cross; (a) is for one angle, (b) for both.
@@ -383,7 +383,7 @@ def curved_roots(
 
     At the singular root all four moments lie in one plane, so R = 0; it is blue without rotor heights. The moments of
     rotors 1 and 2 span that plane, with the normal n, and those of the others lie in it where n·T₃u₃ = n·T₄u₄ = 0. The
-    invertible root, red for symmetric vehicles, is that of :mod:`gaitgraph.surface.curved` (docs/theory.md, Theorem 4).
+    invertible root, red for symmetric vehicles, is that of :mod:`gaitgraph.surface.curved` (docs/theory.md, Theorem 1).
     """
     first, second = np.broadcast_arrays(alpha1, alpha2)
     level = level_of(coefficients.rotors)
@@ -589,7 +589,7 @@ def red_label(
 
     They are (1, 1, 1) in the component of α = 0; a zero is singular. The third is positive on its side of D = 0. The
     product of the first two is positive on its side of P = 0; they are the signs of two factors where P has two, and
-    otherwise the first tells components of equal signs apart (docs/theory.md, 19).
+    otherwise the first tells components of equal signs apart (docs/theory.md, 10).
 
     >>> red_label(0.0, 0.0).tolist(), red_label(1.178, -0.393).tolist()
     ([1, 1, 1], [1, 1, -1])
