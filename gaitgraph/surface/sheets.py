@@ -278,9 +278,9 @@ def roots(
     coefficients = coefficients_of(vehicle, coefficients)
     a1, a2 = angle_from_text(alpha1, "alpha1"), angle_from_text(alpha2, "alpha2")
     checked_plane_angles(a1, a2)
+    fibers = _fibers_through(a1, a2, coefficients)
     colors: list[Color | Literal["none"]]
     if coefficients.rotors.asymmetry is not None:
-        fibers = _curved_fibers_through(a1, a2, coefficients)
         alpha = np.array(curved_roots(a1, a2, coefficients))
         types, colors = ["none", "none"], ["red", "none"]
     else:
@@ -291,7 +291,6 @@ def roots(
         codes = found.sheet[: found.count].tolist()
         types = [text_from_types(*pair) for pair in found.types.tolist()][: len(codes)]
         colors = [color_of(code) for code in codes]
-        fibers = _fibers_through(a1, a2, coefficients)
         if coefficients.is_raised and not fibers:
             _, singular = curved_roots(a1, a2, coefficients)
             alpha = np.vstack([alpha, singular])
@@ -322,55 +321,35 @@ def roots(
 def _fibers_through(
     alpha1: float, alpha2: float, coefficients: Coefficients
 ) -> tuple[Fiber, ...]:
-    """Return the fibres on whose lines a point (α1, α2) of the plane lies; with a rotor height they have no copies."""
-    line1, line2 = coefficients.crossings
-    fibers = []
-    for name, fixed, free, angle, line, types in (
-        ("first", "alpha3", "alpha4", alpha1, line1, "(?,*)"),
-        ("second", "alpha4", "alpha3", alpha2, line2, "(*,?)"),
-    ):
-        is_copy = distance_to_multiple(angle - line, math.pi) > SAME_ANGLE
-        off = distance_to_multiple(angle - line, HALF_PI) > SAME_ANGLE
-        if off or (is_copy and coefficients.is_raised):
-            continue
-        fiber = Fiber(
-            name=name,
-            fixed=fixed,
-            values=(-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,),
-            free=free,
-            singular=bool(is_copy),
-            types=types,
-        )
-        fibers.append(fiber)
-    return tuple(fibers)
-
-
-def _curved_fibers_through(
-    alpha1: float, alpha2: float, coefficients: Coefficients
-) -> tuple[Fiber, ...]:
-    """Return the fibres above a point (α1, α2) of a vehicle that no half turn maps to itself.
+    """Return the fibres above a point (α1, α2).
 
     Rφ and Rθ are u₃ᵀAu₄ and u₃ᵀBu₄. They vanish for every α4 where u₃ is a null vector of both from the left, and for
-    every α3 where u₄ is one from the right.
+    every α3 where u₄ is one from the right. On a symmetric vehicle the fixed angle is that of the opposite arm.
     """
     u1, u2 = ([math.cos(angle), math.sin(angle)] for angle in (alpha1, alpha2))
     forms = np.einsum("abcdq,a,b->qcd", coefficients.form.table, u1, u2)
     surface, level = forms[:2], forms[2]
+    is_symmetric = coefficients.rotors.asymmetry is None
     fibers = []
-    for name, fixed, free, sides, of_level in (
-        ("first", "alpha3", "alpha4", surface.mT, level.T),
-        ("second", "alpha4", "alpha3", surface, level),
+    for name, fixed, free, opposite, planes, sides, of_level in (
+        ("first", "alpha3", "alpha4", alpha1, "(?,*)", surface.mT, level.T),
+        ("second", "alpha4", "alpha3", alpha2, "(*,?)", surface, level),
     ):
         _, (size, least), (_, null) = np.linalg.svd(sides.reshape(4, 2))
         if least > SAME_ANGLE * size:
             continue
+        if is_symmetric:
+            value, types = opposite, planes
+        else:
+            value, types = float(wrapped(math.atan2(null[1], null[0]))), "none"
+        none = 2 * SAME_ANGLE * size + coefficients.largest_errors[2]
         fiber = Fiber(
             name=name,
             fixed=fixed,
-            values=(float(wrapped(math.atan2(null[1], null[0]))),),
+            values=(value,),
             free=free,
-            singular=bool(np.abs(of_level @ null).max() <= 2 * SAME_ANGLE * size),
-            types="none",
+            singular=bool(np.abs(of_level @ null).max() <= none),
+            types=types,
         )
         fibers.append(fiber)
     return tuple(fibers)
