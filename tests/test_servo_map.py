@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
+from gaitgraph.errors import Infeasible
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import read_table, write_tables
@@ -402,10 +403,30 @@ def test_a_file_for_servos_states_its_map_and_its_rounding(
     np.testing.assert_allclose(again.alpha, TABLE.alpha, atol=1e-12)
     assert again.rounding == 0  # the samples of the motion that the file states
     Path(servos).write_text("clip = true\n" + SERVOS.replace("390", "600"))
-    done = run("export", "gait.csv", "clipped.csv", "--servos", servos)
+    done = run("export", "gait.csv", "clipped.csv", "--servos", servos, "--anyway")
     assert "clipped: joint 'front_right' at its limit in" in done.out
     other = run("export", "gait.csv", "x.csv", "--servos", "x_frame", "--json").json
     assert (other["clipped"], other["servos"]["name"]) == ({}, "x_frame")
+
+
+def test_what_a_map_clips_is_judged_and_written_as_it_is_then(
+    tmp_path: Path,
+) -> None:
+    """One arm that stops early leaves the surface; four that stop alike are another gait."""
+    out = tmp_path / "servos.csv"
+    joints = [{"rotor": k, "limits": [-0.3, 0.3]} for k in (1, 2, 3, 4)]
+    alike = servo_map_from_mapping({"clip": True, "joint": joints})
+    done = export("gait4", out, servos=alike)
+    assert set(done.clipped) == set(ANGLES)
+    assert np.abs(done.table.alpha).max() == 0.3
+    assert read_table(out).alpha == pytest.approx(done.table.alpha)
+    assert done.report.as_mapping()["checks"] == gg.validate(out).as_mapping()["checks"]
+    one = servo_map_from_mapping(
+        {"clip": True, "joint": [joints[0], *({"rotor": k} for k in (2, 3, 4))]}
+    )
+    with pytest.raises(Infeasible, match="not flyable"):
+        export("gait4", tmp_path / "one.csv", servos=one)
+    assert not (tmp_path / "one.csv").exists()
 
 
 RESERVED = {

@@ -28,7 +28,7 @@ from gaitgraph.io.formats import (
     suffix_of_stream,
     write_tables,
 )
-from gaitgraph.io.servo_map import clipped_rows, servo_map_named
+from gaitgraph.io.servo_map import clipped_rows, clipped_table, servo_map_named
 from gaitgraph.records import Record
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import (
@@ -182,7 +182,8 @@ def export(
     joints
         The servo map of the columns of another program's table, with the linkages of the `vehicle` given beside it.
     servos, periods, force
-        As for :func:`gaitgraph.io.formats.write_tables`, which raises the same errors.
+        As for :func:`gaitgraph.io.formats.write_tables`, which raises the same errors. Where a map clips, the clipped rows
+        are judged.
     require, anyway
         What is written must be flyable, by the limits of the vehicle and those that the table was made for, or only
         valid; with `anyway` it is written all the same.
@@ -206,16 +207,19 @@ def export(
     # Another timing keeps the limits that the table was made for, also where its vehicle allows more.
     is_retimed = period is not None or law is not None
     made_for = table.limits if is_retimed else {}
+    servo_map, clipped = None, {}
+    if servos is not None:
+        servo_map = servo_map_named(servos)
+    if servo_map is not None and servo_map.clip:
+        clipped = clipped_rows(table, servo_map)
+    if servo_map is not None and clipped:
+        table = completed_table(clipped_table(table, servo_map))
     report = judged(
         table, require=require, anyway=anyway or not paths, made_for=made_for
     )
-    servo_map = None if servos is None else servo_map_named(servos)
     write_tables(
         table, paths, force=force, periods=periods, servos=servo_map, format=format
     )
-    clipped = {}
-    if paths and servo_map is not None and servo_map.clip:
-        clipped = clipped_rows(table, servo_map)
     rate_checks: tuple[Check, ...] = ()
     if any(one is not None for one in (period, law, samples, rate)):
         rate_checks = tuple(one for one in report.checks if one.name in RATE_CHECKS)

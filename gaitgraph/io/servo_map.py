@@ -59,6 +59,8 @@ _DERIVATIVES = {"_rate": RATES, "_acceleration": ACCELERATIONS}
 _WITH_RATES = ("rad", "deg")
 _THRUST = "_thrust"  # ends the column of the thrust of the rotor that a joint turns
 _OF_PULSES = ("us_per_rad", "neutral_us", "limits_us", "integer")
+# What a clipped table still states: not how its rows were made.
+_KEPT = ("vehicle", "coefficients", "crossing_tolerance", "repeats", "limits")
 _NAME = "a printable text of 1 to 64 characters"
 _ROUNDING = 1e-9  # of a limit: what floating point may add to a value that was stated as the limit
 
@@ -638,6 +640,19 @@ def _derivatives(
             slope = joint.slope_at(table[ANGLES[joint.rotor - 1]])
             columns[joint.column + end] = slope * table[names[joint.rotor - 1]] + 0.0
     return columns
+
+
+def clipped_table(table: Table, servo_map: ServoMap) -> Table:
+    """Return the rows of a gait table with all tilts within the joints' limits: another motion, which no law states."""
+    columns: dict[str, Any] = {name: table[name] for name in ("t",) if name in table}
+    for joint in servo_map.linked_to(surface_of(table)[0]).joints:
+        name = ANGLES[joint.rotor - 1]
+        tilts, values = table[name].copy(), _values(table, joint)
+        beyond = joint.is_beyond(values)
+        tilts[beyond] = joint.tilt_of(np.clip(values[beyond], *joint.bounds))
+        columns[name] = tilts
+    about = {name: table.about[name] for name in _KEPT if name in table.about}
+    return Table(columns=columns, about=about)
 
 
 def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:
