@@ -1,0 +1,211 @@
+"""Pairs of what is compared, whose ratio of medians counts; run by ``python -m pytest tests/benchmarks``."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from functools import partial
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.flight.engine import Engine
+from gaitgraph.flight.flight import FlightSettings
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import determinant
+from gaitgraph.invertibility.tilt_margins import tilt_margin
+from gaitgraph.robustness.attitudes import acceptable_attitudes
+from gaitgraph.study.running import run_study
+from tests.published import GAITS
+from tests.samples import RED
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+REQUEST = str(Path(__file__).parents[2] / "examples" / "gait3.toml")
+AXIS = np.linspace(-np.pi / 2, np.pi / 2, 1025)
+EXACT = coefficients_of(kind="exact")
+GAIT3 = gg.lift(GAITS[2].angles, "red")
+SAMPLES = GAIT3.biased(0.8).parametrize(law="constant-speed", samples=1000).alpha[:-1]
+LOW, HIGH = (0.393, -1.178), (1.178, -0.393)
+PACKAGES = "numpy, scipy.sparse.csgraph, networkx, shapely"
+KINDS = {"on the sheet": [1, 1, 1, 1], "off the sheets": [1, 1, 0.8, 0.8]}
+STUDY = {
+    "name": "200 flights",
+    "gaits": ["gait3", "gait4"],
+    "attitudes": {
+        "roll": {"from": -0.5, "to": 0.5, "count": 10},
+        "pitch": {"from": -0.5, "to": 0.5, "count": 10},
+    },
+    "flight": {"duration": 5.0},  # long beside the seconds in which workers start
+}
+numbers = count()
+
+
+class Side(NamedTuple):
+    """One of the two that are compared: what runs, how many items it works on, and how often."""
+
+    run: Callable[[], Any]
+    items: int = 1
+    rounds: int = 15
+
+
+def command(arguments: list[str], names: str, _: Path) -> tuple[Side, Side]:
+    """Compare the installed command with a process that imports other packages."""
+    script = shutil.which("gaitgraph", path=str(Path(sys.executable).parent))
+    assert script is not None
+    ours = [script, *arguments]
+    theirs = [sys.executable, "-c", f"import {names}"]
+    run = partial(subprocess.run, check=True, capture_output=True)
+    return Side(partial(run, ours)), Side(partial(run, theirs))
+
+
+def roots(_: Path) -> tuple[Side, Side]:
+    values = np.random.default_rng(0).uniform(-2, 2, AXIS.size**2)
+    ours = Side(lambda: gg.surface.root_arrays(AXIS[:, None], AXIS))
+    return ours, Side(lambda: np.sin(values))
+
+
+def attitudes(_: Path) -> tuple[Side, Side]:
+    """A thousand samples, the path between them and the error included; a raster of a million for five samples."""
+    axis = np.linspace(-np.pi / 2, np.pi / 2, 1001)
+    roll, pitch = np.meshgrid(axis, axis, indexing="ij", sparse=True)
+
+    def raster() -> None:
+        for alpha in SAMPLES[::200]:
+            determinant(alpha, EXACT, roll, pitch)
+
+    ours = Side(lambda: acceptable_attitudes(SAMPLES, EXACT), len(SAMPLES), 7)
+    return ours, Side(raster, 5, 3)
+
+
+def margins(_: Path) -> tuple[Side, Side]:
+    alpha = np.random.default_rng(3).uniform(-1.5, 1.5, (10_000_000, 4))
+    ours = Side(lambda: tilt_margin(alpha, EXACT), rounds=3)
+    return ours, Side(lambda: np.sin(alpha), rounds=3)
+
+
+def robustness(kind: str, _: Path) -> tuple[Side, Side]:
+    rows = np.random.default_rng(7).uniform(LOW * 2, HIGH * 2, (10_000, 4))
+    if kind in KINDS:
+        rows = rows[:, [0, 1, 0, 1]] * KINDS[kind]
+    table = {f"alpha{k + 1}": column for k, column in enumerate(rows.T)}
+    ours = Side(lambda: gg.robustness_of(table), rounds=5)
+    return ours, Side(lambda: gg.validate(table), rounds=5)
+
+
+def judging(kind: str, folder: Path) -> tuple[Side, Side]:
+    """Gait 3 as measured, with noise of 0.2 mrad; numpy's reader is the fastest without another dependency."""
+    timed = GAIT3.parametrize(law="constant-speed", samples=300_000)
+    noise = np.random.default_rng(0).normal(0, 2e-4, (300_000, 4))
+    path = folder / "long.csv"
+    header = "alpha1,alpha2,alpha3,alpha4"
+    rows = (timed.alpha[:-1] + noise) * KINDS[kind]
+    np.savetxt(path, rows, "%.17g", ",", header=header, comments="")
+    ours = Side(lambda: gg.validate(path), rounds=3)
+    theirs = Side(lambda: np.loadtxt(path, delimiter=",", skiprows=1), rounds=3)
+    return ours, theirs
+
+
+def flight(_: Path) -> tuple[Side, Side]:
+    """A second of flight, with the check before take-off, all preparation and the record; the engine's steps alone."""
+    engine = Engine(gg.PAPER)
+
+    def steps() -> None:
+        engine.place(RED.at(0.0).alpha)
+        for _ in range(1000):
+            engine.mujoco.mj_step(engine.model, engine.data)
+
+    second = FlightSettings(duration=1.0)
+    return Side(lambda: gg.fly(RED, settings=second), rounds=40), Side(steps, rounds=40)
+
+
+def basin(_: Path) -> tuple[Side, Side]:
+    first = gg.basins_of(RED, bias=1.0)[0]
+
+    def flights() -> None:
+        for roll in first.angles.tolist():
+            for pitch in first.angles.tolist():
+                gg.fly(RED, attitude=(roll, pitch), settings=first.settings)
+
+    ours = Side(lambda: gg.basins_of(RED, bias=1.0), rounds=5)
+    return ours, Side(flights, rounds=1)
+
+
+def study(folder: Path) -> tuple[Side, Side]:
+    pytest.importorskip("distributed", reason="install distributed")
+    if (os.cpu_count() or 1) < 2:
+        pytest.skip("two workers need two cores")
+
+    def flown(workers: int) -> None:
+        run_study(STUDY, folder / str(next(numbers)), workers=workers)
+
+    return Side(partial(flown, 2), rounds=3), Side(partial(flown, 1), rounds=3)
+
+
+def least_period(_: Path) -> tuple[Side, Side]:
+    """The very same curve; rounding, certificate and the law itself included in ours."""
+    toppra: Any = pytest.importorskip("toppra", reason="install gaitgraph[peers]")
+    curve = gg.timing.rounded(GAIT3, 0.03).curve
+    limits = gg.Limits(rate=6.0, acceleration=60.0)
+    grid = np.linspace(0.0, curve.span, 1001)
+    velocity = toppra.constraint.JointVelocityConstraint(np.full(4, 6.0))
+    acceleration = toppra.constraint.JointAccelerationConstraint(np.full(4, 60.0))
+
+    class Course(toppra.interpolator.AbstractGeometricPath):  # type: ignore[misc, name-defined]
+        dof = 4
+        waypoints = None
+        path_interval = grid[[0, -1]]
+
+        def __call__(self, s: Any, order: int = 0) -> Any:
+            # Its end is not taken for its beginning.
+            return curve.at(np.minimum(s, curve.span * (1 - 1e-15)), order)
+
+    def theirs() -> None:
+        law = toppra.algorithm.TOPPRA(
+            [velocity, acceleration], Course(), gridpoints=grid
+        )
+        law.compute_parameterization(0.0, 0.0)
+
+    return Side(lambda: gg.least_period(curve, limits, nodes=1000)), Side(theirs)
+
+
+PAIRS: dict[str, Callable[[Path], tuple[Side, Side]]] = {
+    "plan as a process": partial(command, ["plan", REQUEST], PACKAGES),
+    "--help as a process": partial(command, ["--help"], "click"),
+    "roots on a 1025 x 1025 grid against numpy.sin": roots,
+    "acceptable attitudes per sample against a raster of formula (1)": attitudes,
+    "tilt margins of ten million samples against numpy.sin": margins,
+    "one second of flight at 1 kHz against mujoco alone": flight,
+    "a basin of 17 x 17 attitudes against fly from each for the whole duration": basin,
+    "a study of 200 flights on two workers against one": study,
+    "least period of a square loop against toppra": least_period,
+}
+for kind in KINDS:
+    judged = f"judging a table on disk against reading it, {kind}"
+    PAIRS[judged] = partial(judging, kind)
+for kind in (*KINDS, "anywhere flyable"):
+    compared = f"robustness of 10,000 random rows against validate, {kind}"
+    PAIRS[compared] = partial(robustness, kind)
+
+
+@pytest.fixture(scope="module", params=PAIRS)
+def pair(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, tuple[Side, Side]]:
+    folder = tmp_path_factory.mktemp("pair")
+    return request.param, PAIRS[request.param](folder)
+
+
+@pytest.mark.parametrize("number", [0, 1], ids=["ours", "theirs"])
+def test_pairs(benchmark: Any, pair: Any, number: int) -> None:
+    benchmark.group, sides = pair
+    side = sides[number]
+    benchmark.extra_info["items"] = side.items
+    benchmark.pedantic(side.run, rounds=side.rounds, warmup_rounds=min(side.rounds, 2))
