@@ -84,6 +84,12 @@ STANDING = ODD.replace(
 )
 
 
+def cases(text: str) -> list[tuple[str, ...]]:
+    """Return the cases of a text, one a line, with bars between their parts."""
+    lines = text.strip().splitlines()
+    return [tuple(part.strip() for part in line.split(" | ")) for line in lines]
+
+
 def seeds(few: int) -> range:
     """Return the seeds of random cases: a few, or as many as the variable CASES of the environment says."""
     return range(int(os.environ.get("CASES", few)))
