@@ -15,7 +15,7 @@ from gaitgraph.errors import FileProblem, InputError, MissingConstant
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.vehicle import PAPER, UNITS, Vehicle, vehicle_from_mapping, vehicle_named
-from tests.samples import BOTH, LEANING, RAISED, STRONG, by_vehicle, cases
+from tests.samples import BOTH, LEANING, ODD, RAISED, STRONG, by_vehicle, cases
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -88,7 +88,16 @@ def test_published_coefficients_belong_to_the_paper_alone() -> None:
         assert coefficients_of(other).kind == "exact"
 
 
-NOT_POSITIVE = [0, 0.0, -1.0, math.inf, math.nan, 1e-31, 1.0000001e30, 1e-310]
+NOT_POSITIVE: list[Any] = [
+    0,
+    0.0,
+    -1.0,
+    math.inf,
+    math.nan,
+    1e-31,
+    1.0000001e30,
+    1e-310,
+]
 NOT_POSITIVE += [True, np.True_, "heavy", b"0.1", 1j, [1.0], 10**5000]
 OF_OTHER_KINDS = {"inertia", "rotor_height", "rotor_positions", "min_tilt"}
 WRONG = dict.fromkeys(sorted(UNITS.keys() - OF_OTHER_KINDS), "*NOT_POSITIVE")
@@ -333,6 +342,7 @@ def test_what_equal_arms_state_follows_from_positions() -> None:
     assert np.allclose(vehicle.scaled_positions, 4 * np.array(RECTANGLE))
     assert vehicle.asymmetry is None
     assert not vehicle.has_raised_rotors
+    assert ODD.has_raised_rotors
     for name in ("arm_length", "first_arm_angle", "rotor_height"):
         change = {name: 0.3}
         refusal(f"{name} must be omitted beside", lambda c=change: vehicle.replace(**c))
@@ -377,7 +387,7 @@ def test_the_pair_that_is_not_symmetric_is_named(
 "x"
 [[1, 0, 0]]
 RECTANGLE[::-1]
-[[0, 0, 0.1], *RECTANGLE[1:]]
+[*RECTANGLE[:3], [0, 0, 0.1]]
 [[0.2, 0.15, math.nan], *RECTANGLE[1:]]
 [[0.2, 0.15, 30.0], *RECTANGLE[1:]]
 """.strip().splitlines(),
@@ -386,6 +396,11 @@ def test_what_is_not_four_places_around_body_z_is_refused(places: str) -> None:
     make = lambda: rectangle(rotor_positions=eval(places))  # noqa: E731 - called below
     error = refusal("rotor_positions must be", make)
     assert error.field == "rotor_positions"
+
+
+def test_a_rotor_in_the_centre_is_named() -> None:
+    places = [*RECTANGLE[:3], [0, 0, 0.1]]
+    refusal("rotor 4", lambda: rectangle(rotor_positions=places))
 
 
 @pytest.mark.parametrize(

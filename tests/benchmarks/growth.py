@@ -39,7 +39,7 @@ IDEAL = "ideal"
 
 def points(size: int, case: int) -> list[Any]:
     sizes = np.random.default_rng(case).uniform(0.21, 1.5, (size, 2))
-    return (sizes * [1, -1]).tolist()
+    return [*map(tuple, (sizes * [1, -1]).tolist())]
 
 
 def loop(side: str, stops: Sequence[Any], polygons: Sequence[Any] = ()) -> Work:

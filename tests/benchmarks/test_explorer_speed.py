@@ -20,10 +20,10 @@ LOOP += [(0.39, -0.39), (0.3, -0.7), (0.39, -1.18), (0.8, -1.3)]
 numbers = count()
 
 
-def waypoints() -> list[list[float]]:
-    """Return the loop, moved by a little that no round before had."""
+def moved() -> tuple[tuple[Any], dict[str, Any]]:
+    """Return the arguments of a call: the loop, moved by a little that no round before had."""
     shift = 1e-5 * next(numbers)
-    return [[a + shift, b - shift] for a, b in LOOP]
+    return ([[a + shift, b - shift] for a, b in LOOP],), {}
 
 
 async def asked(client: Client, content: bytes) -> Any:
@@ -44,6 +44,5 @@ def test_plan_answer(benchmark: Any, side: str) -> None:
         answer = loop.run_until_complete(asked(client, body))
         return json.loads(answer[2])["flyable"]
 
-    setup = lambda: ((waypoints(),), {})  # noqa: E731 - as pedantic wants it
-    assert benchmark.pedantic(answered, setup=setup, rounds=40, warmup_rounds=5)
+    assert benchmark.pedantic(answered, setup=moved, rounds=40, warmup_rounds=5)
     loop.close()

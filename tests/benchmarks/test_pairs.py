@@ -35,7 +35,10 @@ GAIT3 = gg.lift(GAITS[2].angles, "red")
 SAMPLES = GAIT3.biased(0.8).parametrize(law="constant-speed", samples=1000).alpha[:-1]
 LOW, HIGH = (0.393, -1.178), (1.178, -0.393)
 PACKAGES = "numpy, scipy.sparse.csgraph, networkx, shapely"
-KINDS = {"on the sheet": [1, 1, 1, 1], "off the sheets": [1, 1, 0.8, 0.8]}
+KINDS: dict[str, list[float]] = {
+    "on the sheet": [1, 1, 1, 1],
+    "off the sheets": [1, 1, 0.8, 0.8],
+}
 STUDY = {
     "name": "200 flights",
     "gaits": ["gait3", "gait4"],
@@ -158,7 +161,7 @@ def least_period(_: Path) -> tuple[Side, Side]:
     velocity = toppra.constraint.JointVelocityConstraint(np.full(4, 6.0))
     acceleration = toppra.constraint.JointAccelerationConstraint(np.full(4, 60.0))
 
-    class Course(toppra.interpolator.AbstractGeometricPath):  # type: ignore[misc, name-defined]
+    class Course(toppra.interpolator.AbstractGeometricPath):  # type: ignore[misc]
         dof = 4
         waypoints = None
         path_interval = grid[[0, -1]]

@@ -191,7 +191,7 @@ def test_a_whole_plan_ompl(benchmark: Any, group: str) -> None:
 
 
 COLD: dict[str, list[Any]] = {
-    "planned": GAIT_3,
+    "planned": [*GAIT_3],
     "planned along a border": [(-1.2, 1.2), (0.1, 0.9), (0.1, -0.1), (-1.2, -0.05)],
     "refused with the nearest points": [(-0.6, 0.6), (0.9, -0.6)],
     "region": [],
@@ -228,7 +228,12 @@ def ground() -> PreparedRegion:
 
 
 def length_of(ground: PreparedRegion) -> float:
-    return sum(ground.leg(a, b).length for a, b in legs(ACROSS))
+    length = 0.0
+    for a, b in legs(ACROSS):
+        leg = ground.leg(a, b)
+        assert leg is not None
+        length += leg.length
+    return length
 
 
 def length_of_full_graph(region: Any) -> float:
