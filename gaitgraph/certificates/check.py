@@ -13,7 +13,7 @@ import sys
 from bisect import bisect_right
 from fractions import Fraction
 from functools import lru_cache
-from itertools import accumulate, combinations_with_replacement, pairwise, product
+from itertools import accumulate, pairwise, product
 from math import comb, isqrt, perm
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,16 +25,20 @@ NUMBER = "an exact number in a text"  # a decimal or a fraction
 POSITIVE = "a positive exact number in a text"
 TEXT = "a text"
 DIGITS = r"[0-9]+(\.[0-9]+|/[1-9][0-9]*)?"
-PATTERNS = {NUMBER: f"-?{DIGITS}", POSITIVE: f"(?=[0-9.]*[1-9]){DIGITS}"}
-PATTERNS[TEXT] = "(?s:.*)"
+PATTERNS = {
+    NUMBER: f"-?{DIGITS}",
+    POSITIVE: f"(?=[0-9.]*[1-9]){DIGITS}",
+    TEXT: "(?s:.*)",
+}
 COVER = {"cover": [[NUMBER]]}
 RANGES = {"at_least": [NUMBER, 4], "at_most": [NUMBER, 4], **COVER}
 ORDERS = {"tilt": 0, "rate": 1, "acceleration": 2, "jerk": 3}  # derivatives by time
+SIGNS = {"positive": 1, "negative": -1}
 JUMPS = ("rate_jump", "acceleration_jump")
 CLAIMS: dict[str, Any] = {
     **dict.fromkeys(ORDERS, RANGES),
     "least_singular_value": {"at_least": POSITIVE, **COVER},
-    "sign_of_R": {"sign": "positive|negative", **COVER},
+    "sign_of_R": {"sign": "|".join(SIGNS), **COVER},
     "hover_thrust": {"at_least": NUMBER, "at_most": NUMBER, **COVER},
     "attitude": {"tilt": NUMBER, **COVER},
     "joints": dict.fromkeys(JUMPS, NUMBER),
@@ -87,17 +91,9 @@ class Enclosure(NamedTuple):
         """Return the reciprocal of a positive number."""
         return Enclosure(ONE**2 // self.high, -(-(ONE**2) // self.low))
 
-    def shared(self, count: int) -> Enclosure:
-        """Return one of so many equal parts."""
-        return Enclosure(self.low // count, -(-self.high // count))
-
     def size(self) -> int:
         """Return what the number is at most in size."""
         return max(-self.low, self.high)
-
-    def widened(self, size: int) -> Enclosure:
-        """Return what encloses all that is at most so far from the number."""
-        return Enclosure(self.low - size, self.high + size)
 
 
 Vector = list[Enclosure]
@@ -111,6 +107,9 @@ def enclosed(number: Fraction | int) -> Enclosure:
     return Enclosure(top // number.denominator, -(-top // number.denominator))
 
 
+HALF = enclosed(Fraction(1, 2))
+
+
 def root(square: Fraction) -> Enclosure:
     """Return the square root of an exact number that is not negative."""
     below = isqrt(square * ONE**2 // 1)
@@ -122,17 +121,18 @@ def turn_by(angle: Fraction) -> Vector:
     """Return the cosine and the sine of an angle, by Taylor's formula."""
     if abs(angle) > 4:
         raise ValueError(f"angles must be at most 4 rad in size, got {float(angle):g}")
-    sums = [NONE, NONE]
-    step = enclosed(angle)
+    cosine = sine = NONE
+    term = enclosed(1)
     power = 0
-    term = enclosed(1)  # angle^power / power!
     while term.size() > 1:
-        sign = enclosed((1, 1, -1, -1)[power % 4])
-        sums[power % 2] += sign * term
-        power += 1
-        term = (term * step).shared(power)
-    cosine, sine = sums
-    return [cosine.widened(term.size()), sine.widened(term.size())]
+        cosine += term
+        term *= enclosed(angle / (power + 1))
+        sine += term
+        term *= enclosed(-angle / (power + 2))
+        power += 2
+    # What is left is at most the first term that is left out.
+    rest = Enclosure(-term.size(), term.size())
+    return [cosine + rest, sine + rest]
 
 
 def dot(some: Any, others: Any) -> Enclosure:
@@ -155,8 +155,8 @@ def determinant(rows: list[Vector]) -> Enclosure:
     return total
 
 
-def cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
-    """Return the exact cross product of vectors."""
+def cross(a: Any, b: Any) -> list[Any]:
+    """Return the cross product of vectors."""
     return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
 
 
@@ -189,32 +189,32 @@ def wrenches_of(vehicle: dict[str, Any]) -> list[list[Vector]]:
     horizontal lines towards them, and thrust up at α = 0.
     """
     places = vehicle["rotor_positions"]
-    distances = NONE
+    mean = NONE
     tilt_axes = []
     for x, y, _ in places:
-        distance = root(x * x + y * y)
-        if distance.low <= 0:
+        quarter = root((x * x + y * y) / 16)  # of its distance
+        if quarter.low == 0:
             raise ValueError("rotor_positions must be off body z, got one on it")
-        distances += distance
+        mean += quarter
         tilt_axes.append([x, y, ZERO])
-    scale = distances.shared(4).inverse()
+    scale = mean.inverse()
     tilt_axes = vehicle.get("tilt_axes", tilt_axes)
     thrust_axes = vehicle.get("thrust_axes", [[ZERO, ZERO, Fraction(1)]] * 4)
     signs = drag_signs(vehicle)
     wrenches = []
     for rotor, tilt_axis in enumerate(tilt_axes):
-        thrust_axis = thrust_axes[rotor]
-        x, y, z = [enclosed(part) * scale for part in places[rotor]]
+        arm = [enclosed(part) * scale for part in places[rotor]]
         drag = enclosed(signs[rotor] * vehicle["drag_to_thrust"][rotor]) * scale
-        turned = cross(tilt_axis, thrust_axis)
+        turned = cross(tilt_axis, thrust_axes[rotor])
         upright = cross(turned, tilt_axis)  # the thrust axis across the tilt axis
         pair = []
         for direction in (upright, turned):
-            fx, fy, fz = unit(direction)
-            roll = y * fz - z * fy + drag * fx
-            pitch = z * fx - x * fz + drag * fy
-            yaw = x * fy - y * fx + drag * fz
-            pair.append([roll, pitch, yaw, fz, fx, fy])
+            force = unit(direction)
+            moment = cross(arm, force)
+            for axis in range(3):
+                moment[axis] += drag * force[axis]
+            x, y, z = force
+            pair.append([*moment, z, x, y])
         wrenches.append(pair)
     return wrenches
 
@@ -226,10 +226,14 @@ def hover(wrenches: list[Vector]) -> Vector:
         others = [wrench[:3] for wrench in wrenches]
         del others[rotor]
         thrusts.append(enclosed((-1) ** (rotor + 1)) * determinant(others))
-    for part in (3, 4, 5):
-        forces = [wrench[part] for wrench in wrenches]
-        thrusts.append(dot(thrusts[:4], forces))
-    return thrusts
+    forces = list(zip(*wrenches, strict=True))[3:]
+    return thrusts + [dot(thrusts, force) for force in forces]
+
+
+def gram(wrenches: list[Vector]) -> list[Vector]:
+    """Return M M', where the first four numbers of each wrench are a column of M."""
+    rows = list(zip(*wrenches, strict=True))[:4]
+    return [[dot(row, other) for other in rows] for row in rows]
 
 
 class Level:
@@ -237,40 +241,23 @@ class Level:
 
     Each of the seven values of `hover` is linear in (cos α, sin α) of each rotor, and `sizes`
     are roots of sums of squares of a table: the values where each α is 0 or a quarter turn.
-    `squares` has what wrenches of each rotor add to the entries of M M', of which the first
-    four numbers of a wrench are a column. R has the sign of the vertical force times
-    `sign`: that of rotor 1's drag, unless R were then negative where each α is 0.
+    `squares` has what the two wrenches of each rotor add to M M'. R has the sign of the
+    vertical force times `sign`: that of rotor 1's drag, unless R were then negative where
+    each α is 0.
     """
 
     def __init__(self, vehicle: dict[str, Any]) -> None:
         self.wrenches = wrenches_of(vehicle)
-        corners = list(map(hover, map(list, product(*self.wrenches))))
+        self.squares = [gram(pair) for pair in self.wrenches]
+        table = [hover(list(corner)) for corner in product(*self.wrenches)]
         self.sizes = []
-        for value in range(7):
-            squares = [corner[value].size() ** 2 for corner in corners]
+        for values in zip(*table, strict=True):
+            squares = [value.size() ** 2 for value in values]
             self.sizes.append(isqrt(sum(squares)) + 1)
         self.sign = drag_signs(vehicle)[0]
-        lift = enclosed(self.sign) * corners[0][4]
+        lift = enclosed(self.sign) * table[0][4]
         if lift.high * 10**12 < -self.sizes[4]:
             self.sign = -self.sign
-        self.squares = {}
-        for i, j in combinations_with_replacement(range(4), 2):
-            self.squares[i, j] = [
-                upright[i] * upright[j] + turned[i] * turned[j]
-                for upright, turned in self.wrenches
-            ]
-
-    def wrenches_at(self, turns: list[Vector]) -> list[Vector]:
-        """Return the wrenches of the rotors at their turns."""
-        wrenches = []
-        for pair, turn in zip(self.wrenches, turns, strict=True):
-            wrenches.append([dot(turn, parts) for parts in zip(*pair, strict=True)])
-        return wrenches
-
-
-def four(values: list[Any]) -> list[Any]:
-    """Return a value for each joint: opposite ones are equal if two are stated."""
-    return (values * 2)[:4]
 
 
 def moved(curve: Polynomial, origin: Fraction, unit: Fraction) -> Polynomial:
@@ -284,7 +271,10 @@ def moved(curve: Polynomial, origin: Fraction, unit: Fraction) -> Polynomial:
 
 def value_at(polynomial: Polynomial, at: Fraction) -> Fraction:
     """Return the value of a polynomial."""
-    return sum((a * at**k for k, a in enumerate(polynomial)), ZERO)
+    value = ZERO
+    for a in reversed(polynomial):
+        value = value * at + a
+    return value
 
 
 def bound(curve: Polynomial, order: int) -> Enclosure:
@@ -293,44 +283,70 @@ def bound(curve: Polynomial, order: int) -> Enclosure:
     return Enclosure(size, size)
 
 
-class Arc:
-    """An interval of a curve: what is known at both ends, and of what is between them.
+class Piece:
+    """A piece of the curve: `motion` has its four angles and their derivatives by time.
 
-    `rates` and `bends` are what derivatives of the angles by u are at most. `hovers` are
-    widened by what they leave the line between them: no second derivative by angles exceeds
-    the size of a table.
+    They are polynomials of the share of the duration that has passed. Opposite angles are
+    equal if two are stated.
     """
 
-    def __init__(
-        self, level: Level, curves: list[Polynomial], start: Fraction, end: Fraction
-    ) -> None:
+    def __init__(self, stated: dict[str, Any], level: Level) -> None:
         self.level = level
-        rates = []
-        bends = []
-        for curve in curves:
+        self.duration = stated["duration"]
+        self.motion = [(stated["alpha"] * 2)[:4]]
+        for _ in range(3):
+            curves = []
+            for curve in self.motion[-1]:
+                terms = [k * a / self.duration for k, a in enumerate(curve)]
+                curves.append(terms[1:] or [ZERO])
+            self.motion.append(curves)
+
+    def at(self, share: Fraction, order: int = 0) -> list[Fraction]:
+        """Return the angles or a derivative at a share of the duration."""
+        return [value_at(curve, share) for curve in self.motion[order]]
+
+
+class Arc:
+    """An interval of a piece: what is known at both ends, and of what is between them.
+
+    `ends` has the wrenches at both, and `hovers` their values, widened by what they leave
+    the line between them: no second derivative by angles exceeds the size of a table.
+    M M' leaves it by at most the squares of the rotors times `bents`.
+    """
+
+    def __init__(self, piece: Piece, start: Fraction, end: Fraction) -> None:
+        self.level = level = piece.level
+        self.bents = []
+        rates = bends = NONE
+        for curve in piece.motion[0]:
             around = moved(curve, (start + end) / 2, (end - start) / 2)
-            rates.append(bound(around, 1))
-            bends.append(bound(around, 2))
-        self.rates = four(rates)
-        self.bends = four(bends)
-        rate = sum(self.rates, NONE)
-        bent = rate * rate + sum(self.bends, NONE)
+            rate = bound(around, 1)
+            bend = bound(around, 2)
+            self.bents.append(rate * rate + HALF * bend)
+            rates += rate
+            bends += bend
+        bent = HALF * (rates * rates + bends)
         self.ends = []
         self.hovers = []
         for s in (start, end):
-            turns = [turn_by(value_at(curve, s)) for curve in curves]
-            wrenches = level.wrenches_at(four(turns))
-            self.ends.append(wrenches)
+            wrenches = []
+            for angle, pair in zip(piece.at(s), level.wrenches, strict=True):
+                turn = turn_by(angle)
+                wrenches.append([dot(turn, parts) for parts in zip(*pair, strict=True)])
             values = []
             for value, size in zip(hover(wrenches), level.sizes, strict=True):
-                values.append(value.widened(-(-size * bent.high // (2 * ONE))))
+                most = -(-size * bent.high // ONE)
+                values.append(value + Enclosure(-most, most))
+            self.ends.append(wrenches)
             self.hovers.append(values)
 
 
-def upright(parts: Vector) -> Vector:
-    """Return parts times the sign of the first: all are positive if they have one sign."""
-    sign = enclosed(1 if parts[0].low > 0 else -1)
-    return [sign * part for part in parts]
+arc_on = lru_cache(Arc)  # claims share intervals
+
+
+def alike(parts: Vector) -> Vector:
+    """Return parts times the first: all are positive if and only if they have one sign."""
+    return [parts[0] * part for part in parts]
 
 
 def least_singular_value(arc: Arc, claim: Any) -> Vector:
@@ -338,27 +354,24 @@ def least_singular_value(arc: Arc, claim: Any) -> Vector:
 
     M M' is the sum of C u u' C' over the rotors, and (u u')'' at most 2 rate² + bend.
     """
-    bents = []
-    for rate, bend in zip(arc.rates, arc.bends, strict=True):
-        bents.append(rate * rate + bend.shared(2))
     floor = enclosed(claim["at_least"] ** 2)
     minors = []
     for wrenches in arc.ends:
-        rows = list(zip(*wrenches, strict=True))
-        gram = [[NONE] * 4 for _ in rows]
-        for (i, j), parts in arc.level.squares.items():
-            gram[i][j] = dot(rows[i], rows[j]) - dot(bents, parts)
-            gram[j][i] = gram[i][j]
-        for k in range(4):
-            gram[k][k] -= floor
-            minors.append(determinant([row[: k + 1] for row in gram[: k + 1]]))
+        matrix = gram(wrenches)
+        for i, row in enumerate(matrix):
+            for j in range(4):
+                row[j] -= dot(arc.bents, [square[i][j] for square in arc.level.squares])
+            row[i] -= floor
+        for size in (1, 2, 3, 4):
+            minor = [row[:size] for row in matrix[:size]]
+            minors.append(determinant(minor))
     return minors
 
 
 def sign_of_R(arc: Arc, claim: Any) -> Vector:
     """Return R or its negative, up to a positive factor."""
-    sign = arc.level.sign if claim["sign"] == "positive" else -arc.level.sign
-    return [enclosed(sign) * values[4] for values in arc.hovers]
+    sign = enclosed(arc.level.sign * SIGNS[claim["sign"]])
+    return [sign * values[4] for values in arc.hovers]
 
 
 def hover_thrust(arc: Arc, claim: Any) -> Vector:
@@ -366,13 +379,12 @@ def hover_thrust(arc: Arc, claim: Any) -> Vector:
     least = enclosed(claim["at_least"])
     most = enclosed(claim["at_most"])
     parts = []
-    for values in arc.hovers:
-        lift = values[4]
+    for *thrusts, lift, _, _ in arc.hovers:
         parts.append(lift)
-        for thrust in values[:4]:
+        for thrust in thrusts:
             parts.append(thrust - least * lift)
             parts.append(most * lift - thrust)
-    return upright(parts)
+    return alike(parts)
 
 
 def attitude(arc: Arc, claim: Any) -> Vector:
@@ -380,12 +392,11 @@ def attitude(arc: Arc, claim: Any) -> Vector:
     cosine, sine = turn_by(claim["tilt"])
     lifts = []
     parts = [cosine]
-    for values in arc.hovers:
-        z, x, y = values[4:]
+    for *_, z, x, y in arc.hovers:
         lifts.append(z)
         up = z * cosine
         parts.append(up * up - (x * x + y * y) * sine * sine)
-    return upright(lifts) + parts
+    return alike(lifts) + parts
 
 
 PROOFS = {
@@ -409,64 +420,59 @@ def bernstein(curve: Polynomial) -> Polynomial:
 
 
 def is_within(curves: list[Polynomial], claim: Any) -> bool:
-    """Return whether polynomials on [0, 1], of four joints, are within bounds."""
-    for joint, curve in enumerate(four(curves)):
+    """Return whether polynomials on [0, 1] are within bounds of their own."""
+    ranges = zip(curves, claim["at_least"], claim["at_most"], strict=True)
+    for curve, least, most in ranges:
         points = bernstein(curve)
-        if min(points) < claim["at_least"][joint]:
-            return False
-        if max(points) > claim["at_most"][joint]:
+        if min(points) < least or max(points) > most:
             return False
     return True
 
 
-class Piece:
-    """A piece of the curve: `motion` has its angles and their three derivatives by time.
+def proves(piece: Piece, name: str, claim: Any, start: Fraction, end: Fraction) -> bool:
+    """Return whether a claim holds on an interval of a piece."""
+    if name in ORDERS:
+        curves = piece.motion[ORDERS[name]]
+        return is_within([moved(curve, start, end - start) for curve in curves], claim)
+    parts = PROOFS[name](arc_on(piece, start, end), claim)
+    return all(part.low > 0 for part in parts)
 
-    They are polynomials of the share of the duration that has passed.
+
+def standing(piece: Piece, share: Fraction) -> Piece:
+    """Return a piece that stands still where another one is at a share of its duration."""
+    still = [[angle] for angle in piece.at(share)]
+    return Piece({"alpha": still, "duration": Fraction(1)}, piece.level)
+
+
+def with_neighbours(pieces: list[Piece], path: str) -> list[Piece]:
+    """Return pieces and what they join: each other, or of an open path two that stand still."""
+    if path == "closed":
+        return [pieces[-1], *pieces]
+    before = standing(pieces[0], ZERO)
+    after = standing(pieces[-1], Fraction(1))
+    return [before, *pieces, after]
+
+
+def jump(before: Piece, after: Piece, order: int) -> Fraction:
+    """Return by how much angles or a derivative jump at most from a piece to the next."""
+    ended = before.at(Fraction(1), order)
+    begun = after.at(ZERO, order)
+    return max(abs(a - b) for a, b in zip(ended, begun, strict=True))
+
+
+def broken_joint(pieces: list[Piece], path: str, claim: Any) -> str:
+    """Return where pieces first do not join as is claimed, "" if they do.
+
+    At the ends of an open path rates do not jump, whatever is claimed.
     """
-
-    def __init__(self, piece: dict[str, Any], level: Level) -> None:
-        self.level = level
-        self.arcs: dict[Any, Arc] = {}
-        self.motion = [piece["alpha"]]
-        for _ in range(3):
-            curves = []
-            for curve in self.motion[-1]:
-                terms = [k * a / piece["duration"] for k, a in enumerate(curve)]
-                curves.append(terms[1:] or [ZERO])
-            self.motion.append(curves)
-
-    def proves(self, name: str, claim: Any, start: Fraction, end: Fraction) -> bool:
-        """Return whether a claim holds on an interval."""
-        if name in ORDERS:
-            curves = self.motion[ORDERS[name]]
-            within = [moved(curve, start, end - start) for curve in curves]
-            return is_within(within, claim)
-        if (start, end) not in self.arcs:
-            self.arcs[start, end] = Arc(self.level, self.motion[0], start, end)
-        parts = PROOFS[name](self.arcs[start, end], claim)
-        return all(part.low > 0 for part in parts)
-
-    def jump(self, before: Piece, order: int) -> Fraction:
-        """Return by how much angles or a derivative jump from the piece before."""
-        pairs = zip(four(before.motion[order]), four(self.motion[order]), strict=True)
-        largest = ZERO
-        for ended, begun in pairs:
-            largest = max(largest, abs(value_at(ended, Fraction(1)) - begun[0]))
-        return largest
-
-    def gap(self, name: str, claim: Any, k: int, before: Piece) -> str:
-        """Return the first place of this piece k where a claim is not proved, if any."""
-        if name == "joints":
-            limits = {0: ZERO, 1: claim["rate_jump"], 2: claim["acceleration_jump"]}
-            for order, most in limits.items():
-                if self.jump(before, order) > most:
-                    return f"at the start of piece {k}"
-            return ""
-        for start, end in pairwise(claim["cover"][k]):
-            if not self.proves(name, claim, start, end):
-                return f"on piece {k} from {start} to {end}"
-        return ""
+    for k, joint in enumerate(pairwise(with_neighbours(pieces, path))):
+        limits = [ZERO, claim["rate_jump"], claim["acceleration_jump"]]
+        if path == "open" and k in (0, len(pieces)):
+            limits[1] = ZERO
+        for order, most in enumerate(limits):
+            if jump(*joint, order) > most:
+                return f"at the start of piece {k}"
+    return ""
 
 
 def named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -515,33 +521,24 @@ def read(text: str) -> dict[str, Any]:
     return whole
 
 
-def standing(piece: dict[str, Any], share: Fraction) -> dict[str, Any]:
-    """Return a piece that stands still where another one is at a share of its duration."""
-    still = [[value_at(curve, share)] for curve in piece["alpha"]]
-    return {"alpha": still, "duration": Fraction(1)}
+def pieces_of(whole: dict[str, Any]) -> list[Piece]:
+    """Return the pieces of a document."""
+    level = Level(whole["vehicle"])
+    return [Piece(piece, level) for piece in whole["pieces"]]
 
 
 def unproved(whole: dict[str, Any]) -> dict[str, str]:
-    """Return for each claim the first place where it is not proved, "" if there is none.
-
-    An open path is between two pieces that stand still: to and from them rates do not jump.
-    """
-    level = Level(whole["vehicle"])
+    """Return for each claim the first place where it is not proved, "" if there is none."""
+    pieces = pieces_of(whole)
     claims = whole["claims"]
-    pieces = whole["pieces"]
     places = dict.fromkeys(claims, "")
-    before = last = Piece(pieces[-1], level)
-    if whole["path"] == "open":
-        resting = claims["joints"] | {"rate_jump": ZERO}
-        before = Piece(standing(pieces[0], ZERO), level)
-        after = Piece(standing(pieces[-1], Fraction(1)), level)
-        start = Piece(pieces[0], level).gap("joints", resting, 0, before)
-        places["joints"] = start or after.gap("joints", resting, len(pieces), last)
-    for k, stated in enumerate(pieces):
-        piece = Piece(stated, level)
-        for name, claim in claims.items():
-            places[name] = places[name] or piece.gap(name, claim, k, before)
-        before = piece
+    places["joints"] = broken_joint(pieces, whole["path"], claims["joints"])
+    for k, piece in enumerate(pieces):
+        for name in claims.keys() - {"joints"}:
+            claim = claims[name]
+            for start, end in pairwise(claim["cover"][k]):
+                if not (places[name] or proves(piece, name, claim, start, end)):
+                    places[name] = f"on piece {k} from {start} to {end}"
     return places
 
 
@@ -589,17 +586,47 @@ def even_or_own(rows: list[Row], half_unit: Fraction, period: Fraction) -> list[
     """Return rows at even times if theirs are these, rounded to units; else as they are."""
     first = rows[0].t
     step = period / max(len(rows) - 1, 1)
-    even = []
-    late = []
-    for k, row in enumerate(rows):
-        time = first + k * step
-        even.append(row._replace(t=time))
-        late.append(row.t - time)
+    even = [row._replace(t=first + k * step) for k, row in enumerate(rows)]
+    late = [row.t - other.t for row, other in zip(rows, even, strict=True)]
     if max(map(abs, late)) <= half_unit * Fraction("1.000001"):
         return even
     # A first time that is not 0 is rounded too.
     is_moved = first != 0 and max(late) - min(late) <= half_unit * Fraction("1.999")
     return even if is_moved else rows
+
+
+class Curve:
+    """The curve of a certificate from a time on; `times` are those of the pieces' ends [s]."""
+
+    def __init__(self, whole: dict[str, Any], start: Fraction) -> None:
+        self.pieces = pieces_of(whole)
+        durations = [piece.duration for piece in self.pieces]
+        self.times = list(accumulate(durations, initial=start))
+
+    def distances(self, time: Fraction, angles: list[Fraction]) -> list[Fraction]:
+        """Return how far angles are from those of the curve [rad]."""
+        k = min(bisect_right(self.times, time), len(self.pieces)) - 1
+        piece = self.pieces[k]
+        curve = piece.at((time - self.times[k]) / piece.duration)
+        return [abs(a - b) for a, b in zip(angles, curve, strict=True)]
+
+
+def first_off(curve: Curve, rows: list[Row], deviation: Fraction) -> str:
+    """Return the first row that is not on a curve at its time, "" if all are."""
+    for number, row in enumerate(rows, 1):
+        place = f"row {number}, t = {float(row.t):.9g} s"
+        if number > 1 and row.t <= rows[number - 2].t:
+            return f"{place}, is not after the row before it"
+        for joint, distance in enumerate(curve.distances(row.t, row.angles)):
+            most = deviation + row.slacks[joint]
+            if distance > most:
+                how = f"{float(distance):.3g} rad off the curve, allowed is {float(most):.3g}"
+                return f"{place}: alpha{joint + 1} is {how}"
+    seconds = rows[-1].t - rows[0].t
+    period = curve.times[-1] - curve.times[0]
+    if abs(seconds - period) > (period + 2) / 10**9:
+        return f"the rows last {float(seconds):.9g} s, the curve {float(period):.9g} s"
+    return ""
 
 
 def held_against(
@@ -614,37 +641,15 @@ def held_against(
     whole = read(text)
     if "rate" not in whole["claims"]:
         raise ValueError("claims must have a rate to compare a table, got none")
-    pieces = whole["pieces"]
-    ends = list(accumulate(piece["duration"] for piece in pieces))
-    rows = even_or_own(rows, half_unit, ends[-1])
-    start = rows[0].t
-
-    def distances(time: Fraction, angles: list[Fraction]) -> list[Fraction]:
-        k = min(bisect_right(ends, time - start), len(pieces) - 1)
-        left = (ends[k] - (time - start)) / pieces[k]["duration"]
-        curve = [value_at(one, 1 - left) for one in four(pieces[k]["alpha"])]
-        return [abs(a - b) for a, b in zip(angles, curve, strict=True)]
-
+    curve = Curve(whole, rows[0].t)
+    period = curve.times[-1] - curve.times[0]
+    rows = even_or_own(rows, half_unit, period)
     between = ZERO
-    off = ""
     for before, row in pairwise(rows):
         middles = [(a + b) / 2 for a, b in zip(before.angles, row.angles, strict=True)]
-        farthest = max(distances((before.t + row.t) / 2, middles))
-        between = max(between, farthest)
-    for number, row in enumerate(rows, 1):
-        place = f"row {number}, t = {float(row.t):.9g} s"
-        if number > 1 and row.t <= rows[number - 2].t:
-            off = off or f"{place}, is not after the row before it"
-        for joint, distance in enumerate(distances(row.t, row.angles)):
-            most = whole["deviation"] + row.slacks[joint]
-            if distance > most:
-                how = f"{float(distance):.3g} rad off the curve, allowed is {float(most):.3g}"
-                off = off or f"{place}: alpha{joint + 1} is {how}"
-    seconds = rows[-1].t - start
-    if abs(seconds - ends[-1]) > (ends[-1] + 2) / 10**9:
-        last = f"{float(seconds):.9g} s, the curve {float(ends[-1]):.9g} s"
-        off = off or f"the rows last {last}"
-    return off, float(between)
+        distances = curve.distances((before.t + row.t) / 2, middles)
+        between = max(between, *distances)
+    return first_off(curve, rows, whole["deviation"]), float(between)
 
 
 def rows_of_csv(path: Path) -> tuple[list[Row], Fraction]:

@@ -204,19 +204,20 @@ def certify(
     stated = _Stated(path)
     claims = _claims_of(stated, report, angle)
     intervals = {"joints": len(stated.pieces)}
-    for name, claim in claims.items():
-        if name != "joints":
-            claim["cover"] = []
-            intervals[name] = 0
-            for k, piece in enumerate(stated.curve):
-                breaks = _cover(piece, name, claim, k)
-                claim["cover"].append(breaks)
-                intervals[name] += len(breaks) - 1
+    covered = [name for name in claims if name != "joints"]
+    for name in covered:
+        claims[name]["cover"] = []
+        intervals[name] = 0
+    for k, piece in enumerate(stated.curve):
+        for name in covered:
+            breaks = _cover(piece, name, claims[name], k)
+            claims[name]["cover"].append(breaks)
+            intervals[name] += len(breaks) - 1
     document = {
         "format": check.FORM["format"],
         "made_by": f"gaitgraph {__version__}",
         "deviation": _rounded(_deviation(stated, given.table), ROUND_CEILING),
-        "path": "open" if stated.is_open else "closed",
+        "path": stated.path,
         "vehicle": stated.vehicle,
         "pieces": stated.pieces,
         "claims": claims,
@@ -331,8 +332,9 @@ class _Stated:
         self.timed: Any = path if isinstance(path, TimedGait) else None
         self.gait = path.gait if isinstance(path, TimedGait) else path
         self.vehicle = stated_vehicle(self.gait.vehicle)
-        self.is_open = isinstance(path, TimedGait) and not path.repeats
-        if isinstance(path, TimedGait) and self.is_open:
+        self.path = "closed"
+        if isinstance(path, TimedGait) and not path.repeats:
+            self.path = "open"
             self.pieces, self.off = pieces_along(path)
             self.powers = _powers_of(self.pieces)
         else:
@@ -451,11 +453,10 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
     shares = matrices.hover_thrust_shares(alpha, vehicle)
     singular = matrices.least_singular_value(alpha, vehicle)
     most = _claimed(float(shares.max()), vehicle.thrust_share)
-    piece = stated.curve[0]
-    start = check.Arc(piece.level, piece.motion[0], Fraction(0), Fraction(0))
+    start = check.Arc(stated.curve[0], Fraction(0), Fraction(0))
     above = check.sign_of_R(start, {"sign": "positive"})[0].low > 0
     claims: dict[str, Any] = {
-        "joints": _joints(_with_ends(stated)),
+        "joints": _joints(stated),
         "least_singular_value": {
             "at_least": _least_claimed(singular, report["least_singular_value"])
         },
@@ -512,22 +513,12 @@ def _claims_by_time(timed: Any, vehicle: Vehicle) -> dict[str, Any]:
     return claims
 
 
-def _with_ends(stated: _Stated) -> list[check.Piece]:
-    """Return the pieces and what they join at the ends: each other, or for an open path where it rests."""
-    curve = stated.curve
-    if not stated.is_open:
-        return [curve[-1], *curve]
-    start = check.standing(stated.pieces[0], Fraction(0))
-    end = check.standing(stated.pieces[-1], Fraction(1))
-    level = curve[0].level
-    return [check.Piece(start, level), *curve, check.Piece(end, level)]
-
-
-def _joints(curve: list[check.Piece]) -> dict[str, Fraction]:
+def _joints(stated: _Stated) -> dict[str, Fraction]:
     """Return the largest jumps of rates and accelerations from each piece to the next, rounded up."""
+    curve = check.with_neighbours(stated.curve, stated.path)
     largest = {}
     for order, name in enumerate(check.JUMPS, start=1):
-        jumps = [piece.jump(before, order) for before, piece in pairwise(curve)]
+        jumps = [check.jump(*joint, order) for joint in pairwise(curve)]
         largest[name] = _rounded(float(max(jumps)) * (1 + 1e-9), ROUND_CEILING)
     return largest
 
@@ -539,7 +530,7 @@ def _cover(piece: check.Piece, name: str, claim: Any, k: int) -> list[Fraction]:
     while todo:
         low, high = todo.pop()
         middle = (low + high) / 2
-        if piece.proves(name, claim, low, high):
+        if check.proves(piece, name, claim, low, high):
             breaks.append(high)
         elif high - low < _SMALLEST or len(breaks) > _MOST_INTERVALS:
             curves = piece.motion[check.ORDERS.get(name, 0)]
