@@ -21,7 +21,7 @@ from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import rotors_of
 from gaitgraph.planning.any_angle import prepared_region
-from gaitgraph.planning.branch import Branch
+from gaitgraph.planning.branch import Branch, Search
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.published import GAITS
@@ -256,7 +256,7 @@ def planning_region(
     request: PlanRequest, color: Color, sign: Sign, require: Requirement
 ) -> Region:
     """Return the region in which loops of one color and sign of R are planned."""
-    branch = Branch(request=request, color=color, sign=sign, require=require)
+    branch = Branch(search=Search(request), color=color, sign=sign, require=require)
     return prepared_region(branch).region
 
 

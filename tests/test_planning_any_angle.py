@@ -19,8 +19,8 @@ from scipy.spatial import ConvexHull
 import gaitgraph as gg
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import least_singular_value
-from gaitgraph.planning.any_angle import straight_loop_holds
-from gaitgraph.planning.branch import Branch
+from gaitgraph.planning.any_angle import straight_loop
+from gaitgraph.planning.branch import Branch, Search
 from gaitgraph.planning.request import plan_request
 from tests.published import GAITS
 from tests.samples import (
@@ -209,8 +209,10 @@ def test_a_straight_loop_is_taken_where_its_report_allows_it() -> None:
         if value is None or abs(value - floor) < 1e-5:
             continue
         holds = [
-            straight_loop_holds(
-                Branch(request=request, color="red", sign=sign, require="flyable")
+            straight_loop(
+                Branch(
+                    search=Search(request), color="red", sign=sign, require="flyable"
+                )
             )
             for sign in ("positive", "negative")
         ]

@@ -1,16 +1,20 @@
-"""The branches of a request, one for each color and sign of R, and why a branch has no loop."""
+"""The search for the loops of a request by its branches, one for each color and sign of R, and why a branch has no loop."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Literal
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.invertibility.coefficients import Coefficients, coefficients_of
+from gaitgraph.graph.build import surface_graph
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
+from gaitgraph.planning.loop import Loop
 from gaitgraph.planning.request import Point
 from gaitgraph.records import Record
 from gaitgraph.surface.sheets import (
@@ -26,10 +30,12 @@ from gaitgraph.surface.sheets import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
-    import numpy.typing as npt
+    import networkx as nx
 
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import BoolArray
     from gaitgraph.planning.request import PlanRequest
     from gaitgraph.surface.region import Requirement
 
@@ -58,26 +64,110 @@ class Refusal(Record):
     moved: tuple[Point, ...] = ()
 
 
-def branches_of(request: PlanRequest, require: Requirement) -> list[Branch]:
-    """Return the branches that a request asks for and that may have a loop, R > 0 first."""
-    colors: Sequence[Color] = COLORS
-    if request.color != "auto":
-        colors = (request.color,)
-    elif require == "flyable" or request.vehicle.asymmetry is not None:
-        colors = ("red",)
-    signs = [sign for sign in reversed(SIGNS) if request.sign in ("auto", sign)]
-    return [
-        Branch(request=request, color=color, sign=sign, require=require)
-        for sign in signs
-        for color in colors
-    ]
+class Search:
+    """The search for the loops of a request: what several branches need is made when the first of them needs it.
+
+    The order of waypoints is sought until a time of :func:`time.monotonic`.
+    """
+
+    def __init__(
+        self,
+        request: PlanRequest,
+        progress: Callable[[str], None] | None = None,
+        until: float | None = None,
+    ) -> None:
+        self.request = request
+        self.until = until
+        self.coefficients = coefficients_of(request.vehicle, request.coefficients)
+        self.graph = cache(partial(request_graph, request, progress=progress))
+        self.straight_loop = cache(self._straight_loop)
+        self.roots = cache(self._roots)
+        self._progress = progress
+
+    def says(self, text: str) -> None:
+        """Tell whoever listens about the next step."""
+        if self._progress is not None:
+            self._progress(text)
+
+    def branches(self, require: Requirement) -> list[Branch]:
+        """Return the branches that the request asks for and that may have a loop, R > 0 first."""
+        request = self.request
+        colors: Sequence[Color] = COLORS
+        if request.color != "auto":
+            colors = (request.color,)
+        elif require == "flyable" or request.vehicle.asymmetry is not None:
+            colors = ("red",)
+        signs = [sign for sign in reversed(SIGNS) if request.sign in ("auto", sign)]
+        return [
+            Branch(search=self, color=color, sign=sign, require=require)
+            for sign in signs
+            for color in colors
+        ]
+
+    def lifted(self, points: Sequence[Point], color: Color) -> Gait:
+        """Return the gait above points (α1, α2) on the sheet of a color; on a curved one with rows between them."""
+        return lift(
+            points,
+            color,
+            vehicle=self.request.vehicle,
+            coefficients=self.coefficients,
+        )
+
+    def _straight_loop(self, color: Color, sign: Sign) -> Loop | None:
+        """Return the loop straight from waypoint to waypoint, None if polygons forbid it, or the sheet has a gap there."""
+        points, zones = self.request.waypoints, self.request.zones
+        ends = [*points[1:], points[0]]
+        if zones is not None and not zones.allow_segments(points, ends).all():
+            return None
+        try:
+            path = self.lifted(points, color)
+        except InputError:
+            return None  # it leads through a fibre of a curved sheet
+        return Loop(
+            path=path,
+            sign=sign,
+            order=tuple(range(len(points))),
+            request=self.request,
+            lower_bound=sum(map(math.dist, points, ends)),
+        )
+
+    def _roots(self, color: Color) -> tuple[FloatArray, BoolArray]:
+        """Return R of the roots above each waypoint, and whether they are of a color."""
+        plane = np.array(self.request.waypoints)
+        is_plane = self.coefficients.rotors.asymmetry is None
+        if color == "red" and is_plane and not at_end_of_range(plane).any():
+            # There is one.
+            R = level_determinant(plane[:, [0, 1, 0, 1]], self.coefficients)[:, None]
+            return R, np.ones(R.shape, dtype=bool)
+        roots = root_arrays(plane[:, 0], plane[:, 1], coefficients=self.coefficients)
+        return roots.R, roots.sheet == (1 if color == "red" else -1)
 
 
-@dataclass(frozen=True, kw_only=True)
+def request_graph(
+    request: PlanRequest, sign: Sign, progress: Callable[[str], None] | None
+) -> nx.Graph[Any]:
+    """Return the surface graph of a request for one sign of R, its waypoints among the nodes."""
+    if progress is not None:
+        progress(
+            f"building the graph of {request.divisions} divisions with {RELATION[sign]}"
+        )
+    return surface_graph(
+        sign,
+        divisions=request.divisions,
+        vehicle=request.vehicle,
+        coefficients=coefficients_of(request.vehicle, request.coefficients),
+        waypoints=request.waypoints,
+        zones=request.zones,
+        floor=request.floor,
+        servo_margins=request.servo_margin > 0 or request.weight is not None,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Branch:
     """One color and sign of R, and what its loop must be: "flyable" or "valid". Waypoints are counted from 0."""
 
-    request: PlanRequest
+    search: Search
     color: Color
     sign: Sign
     require: Requirement
@@ -87,10 +177,10 @@ class Branch:
             return RELATION[self.sign]
         return f"{self.color}, {RELATION[self.sign]}"
 
-    @cached_property
-    def coefficients(self) -> Coefficients:
-        """The coefficients of formula (1) that the request asks for."""
-        return coefficients_of(self.request.vehicle, self.request.coefficients)
+    @property
+    def request(self) -> PlanRequest:
+        """The request whose loops are sought."""
+        return self.search.request
 
     @property
     def wanted(self) -> float:
@@ -105,36 +195,22 @@ class Branch:
     @property
     def is_curved(self) -> bool:
         """Whether the sheet is not a plane, for a vehicle that is not symmetric."""
-        return self.coefficients.rotors.asymmetry is not None
-
-    def lifted(self, points: Sequence[Point]) -> Gait:
-        """Return the gait above points (α1, α2) on the sheet of this color; on a curved one with rows between them."""
-        return lift(
-            points,
-            self.color,
-            vehicle=self.request.vehicle,
-            coefficients=self.coefficients,
-        )
+        return self.search.coefficients.rotors.asymmetry is not None
 
     @property
     def _is_singular(self) -> bool:
         """Whether R is zero on the whole sheet, in exact physics or with exact coefficients."""
         if self.color == "red":
             return False
-        return self.require == "flyable" or self.coefficients.kind == "exact"
-
-    @cached_property
-    def _roots(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-        """R of the roots above each waypoint, and whether they are of this color."""
-        return _roots_above(self.request.waypoints, self.color, self.coefficients)
+        return self.require == "flyable" or self.search.coefficients.kind == "exact"
 
     def rootless(self) -> list[int]:
         """Return the waypoints that have no root of this color and sign, or lie where polygons forbid it."""
         waypoints, zones = self.request.waypoints, self.request.zones
         if self._is_singular:
             return list(range(len(waypoints)))
-        R, of_color = self._roots
-        of_sign = self.wanted * R > noise_of(self.coefficients)
+        R, of_color = self.search.roots(self.color)
+        of_sign = self.wanted * R > noise_of(self.search.coefficients)
         rooted = (of_color & of_sign).any(axis=1)
         if zones is not None:
             rooted &= zones.allow_points(np.array(waypoints))
@@ -144,8 +220,9 @@ class Branch:
         """Return why a waypoint, one of :meth:`rootless`, cannot be passed."""
         if self._is_singular:
             return self._singular()
-        values, of_color = (part[k] for part in self._roots)
-        R = float(max(values[of_color], key=lambda value: self.wanted * value))
+        values, of_color = self.search.roots(self.color)
+        here = values[k, of_color[k]]
+        R = float(here[np.argmax(self.wanted * here)])
         why = f" has R = {R:.4g}"
         if abs(R) < _ZERO:
             why = " has R = 0, where the matrix is singular"
@@ -199,17 +276,3 @@ class Branch:
             waypoints=numbers,
             components=components,
         )
-
-
-@lru_cache(maxsize=2)
-def _roots_above(
-    waypoints: tuple[Point, ...], color: Color, coefficients: Coefficients
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-    """Return R of the roots above waypoints, and whether they are of a color; both signs of R ask for them."""
-    plane = np.array(waypoints)
-    is_plane = coefficients.rotors.asymmetry is None
-    if color == "red" and is_plane and not at_end_of_range(plane).any():  # the only one
-        R = level_determinant(plane[:, [0, 1, 0, 1]], coefficients)[:, None]
-        return R, np.ones(R.shape, dtype=bool)
-    roots = root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients)
-    return roots.R, roots.sheet == (1 if color == "red" else -1)

@@ -6,13 +6,13 @@ from dataclasses import replace
 from heapq import merge
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.graph.build import gait_along, nodes_above, surface_graph
+from gaitgraph.graph.build import gait_along, nodes_above
 from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.graph.walks import Blocked, allowed_edges, best_order, closed_walk
-from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.planning.any_angle import first_outside, prepared_region
+from gaitgraph.planning.branch import request_graph
 from gaitgraph.planning.loop import Loop
-from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
+from gaitgraph.surface.sheets import SIGNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -25,11 +25,7 @@ if TYPE_CHECKING:
     from gaitgraph.planning.request import PlanRequest
 
 
-def grid_loop(
-    branch: Branch,
-    graph_of: Callable[[Sign], nx.Graph[Any]],
-    progress: Callable[[str], None] | None,
-) -> Loop | Refusal:
+def grid_loop(branch: Branch) -> Loop | Refusal:
     """Return the best loop of a branch on the graph of its sign of R, or why there is none."""
     import networkx as nx
 
@@ -37,9 +33,8 @@ def grid_loop(
     rootless = branch.rootless()
     if rootless:
         return branch.rootless_at(rootless[0])
-    graph = graph_of(branch.sign)
-    if progress is not None:
-        progress(f"searching {branch.color} loops")
+    graph = branch.search.graph(branch.sign)
+    branch.search.says(f"searching {branch.color} loops")
     stops = [
         [node for node in nodes if graph.nodes[node]["color"] == branch.color]
         for nodes in nodes_above(graph, request.waypoints)
@@ -127,23 +122,3 @@ def grid_cycles(
             graph.remove_nodes_from(others)
         of_each_sign.append(cycles(graph, require=require, max_length=max_length))
     return merge(*of_each_sign, key=lambda cycle: cycle.length)
-
-
-def request_graph(
-    request: PlanRequest, sign: Sign, progress: Callable[[str], None] | None
-) -> nx.Graph[Any]:
-    """Return the surface graph of a request for one sign of R, its waypoints among the nodes."""
-    if progress is not None:
-        progress(
-            f"building the graph of {request.divisions} divisions with {RELATION[sign]}"
-        )
-    return surface_graph(
-        sign,
-        divisions=request.divisions,
-        vehicle=request.vehicle,
-        coefficients=coefficients_of(request.vehicle, request.coefficients),
-        waypoints=request.waypoints,
-        zones=request.zones,
-        floor=request.floor,
-        servo_margins=request.servo_margin > 0 or request.weight is not None,
-    )

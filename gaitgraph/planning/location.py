@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from gaitgraph.errors import checked_choice
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import prepared_region
-from gaitgraph.planning.branch import branches_of
+from gaitgraph.planning.branch import Branch, Refusal, Search
 from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.surface.admissible import why_empty
 from gaitgraph.surface.sheets import COLORS, RELATION, Color, Sign
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Angle, VehicleLike
 
 _WIDTH = 110
+_MOST_NEAREST = 8  # in the words of a refusal
 
 
 def location_of(
@@ -110,27 +111,8 @@ class Location(Pictured):
     @cached_property
     def regions(self) -> tuple[RegionLocation, ...]:
         """Where the waypoints lie in the region of each branch of the request."""
-        request = self.request
-        regions = []
-        for branch in branches_of(request, request.require):
-            region, reason = prepared_region(branch).region, ""
-            if not region.components:
-                reason = why_empty(
-                    region,
-                    request.floor,
-                    request.vehicle,
-                    branch.servo_margin,
-                    branch.sign,
-                )
-            location = RegionLocation(
-                color=branch.color,
-                sign=branch.sign,
-                region=region,
-                waypoints=request.waypoints,
-                why_empty=reason,
-            )
-            regions.append(location)
-        return tuple(regions)
+        branches = Search(self.request).branches(self.request.require)
+        return tuple(map(RegionLocation, branches))
 
     def __bool__(self) -> bool:
         return any(location.joined for location in self.regions)
@@ -152,39 +134,71 @@ class Location(Pictured):
         return "\n".join(map(str, self.regions))
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class RegionLocation:
-    """The region of one color and sign of R, where the waypoints lie in it, and why it is empty if it is."""
+    """The region of one color and sign of R, where the waypoints of a request lie in it, and why it is empty if it is."""
 
-    color: Color
-    sign: Sign
-    region: Region
-    waypoints: tuple[Point, ...]
-    why_empty: str = ""
+    branch: Branch
+
+    @property
+    def color(self) -> Color:
+        """The sheet."""
+        return self.branch.color
+
+    @property
+    def sign(self) -> Sign:
+        """The sign of R."""
+        return self.branch.sign
+
+    @property
+    def waypoints(self) -> tuple[Point, ...]:
+        """The waypoints of the request [rad]."""
+        return self.branch.request.waypoints
+
+    @cached_property
+    def region(self) -> Region:
+        """The region that allows what the request requires."""
+        return prepared_region(self.branch).region
+
+    @property
+    def why_empty(self) -> str:
+        """Why the region is empty, "" if it is not."""
+        if self.region.components:
+            return ""
+        branch, request = self.branch, self.branch.request
+        return why_empty(
+            self.region,
+            request.floor,
+            request.vehicle,
+            branch.servo_margin,
+            branch.sign,
+        )
 
     @cached_property
     def parts(self) -> tuple[int | None, ...]:
         """For each waypoint the number of its part of the region, from 1, None if it is in none."""
-        indices = [self.region.component_of(point) for point in self.waypoints]
+        indices = map(self.region.component_of, self.waypoints)
         return tuple(None if index is None else index + 1 for index in indices)
 
     @cached_property
     def reasons(self) -> tuple[str | None, ...]:
         """For each waypoint why it is in no part, None if it is in one."""
-        return tuple(
-            self.region.why_not(point) if part is None else None
-            for point, part in zip(self.waypoints, self.parts, strict=True)
-        )
+        return tuple(map(self.region.why_not, self.waypoints))
+
+    @cached_property
+    def moved(self) -> tuple[Point, ...]:
+        """For each waypoint the nearest place where a loop can join it to the others; empty if the region is."""
+        if not self.waypoints:
+            return ()
+        return self.region.nearest_joined(self.waypoints)
 
     @cached_property
     def nearest(self) -> tuple[Point | None, ...]:
-        """For each waypoint where a loop can join it to the others, None if it is there; see ``nearest_joined``."""
-        if not self.waypoints or not self.region.components:
-            return (None,) * len(self.waypoints)
-        joined = self.region.nearest_joined(self.waypoints)
+        """The same, None for a waypoint that is there; None for all if the region is empty."""
+        moved = self.moved or self.waypoints
         return tuple(
             None if place == point else place
-            for point, place in zip(self.waypoints, joined, strict=True)
+            for point, place in zip(self.waypoints, moved, strict=True)
         )
 
     @property
@@ -202,15 +216,13 @@ class RegionLocation:
             {"area": part.area, "inside": list(part.representative_point().coords[0])}
             for part in self.region.components
         ]
-        waypoints = [
-            {
-                "waypoint": list(point),
-                "part": self.parts[k],
-                "reason": self.reasons[k],
-                "nearest": self.nearest[k] and list(self.nearest[k] or ()),
-            }
-            for k, point in enumerate(self.waypoints)
-        ]
+        waypoints = []
+        for point, part, reason, nearest in zip(
+            self.waypoints, self.parts, self.reasons, self.nearest, strict=True
+        ):
+            place = None if nearest is None else list(nearest)
+            waypoint = {"waypoint": list(point), "part": part}
+            waypoints.append({**waypoint, "reason": reason, "nearest": place})
         return {
             "color": self.color,
             "sign": self.sign,
@@ -260,3 +272,43 @@ class RegionLocation:
             text += f"; the nearest {joining} is {self.region.as_text(nearest)}"
         alpha1, alpha2 = self.waypoints[k]
         return f"waypoint {k + 1} ({alpha1:.4f}, {alpha2:.4f}): {text}"
+
+
+def with_nearest(refusal: Refusal, search: Search) -> Refusal:
+    """Return a refusal with the nearest points that a loop can join; at a waypoint also in words, or why none."""
+    if not refusal.waypoints:
+        return refusal
+    branch = Branch(
+        search=search,
+        color=refusal.color,
+        sign=refusal.sign,
+        require=search.request.require,
+    )
+    location = RegionLocation(branch)
+    if refusal.kind != "waypoint":
+        return replace(refusal, moved=location.moved)
+    if not location.moved:
+        message = f"{refusal.message}; {location.why_empty}"
+        return replace(refusal, message=message)
+    number = refusal.waypoints[0] - 1
+    return replace(
+        refusal,
+        message=f"{refusal.message}; {_nearest_in_words(location, number)}",
+        nearest=location.moved[number],
+        moved=location.moved,
+    )
+
+
+def _nearest_in_words(location: RegionLocation, number: int) -> str:
+    """Return where the nearest admissible points are: of one waypoint, or of all that must move."""
+    region, moved = location.region, location.moved
+    elsewhere = [k for k, place in enumerate(location.nearest) if place is not None]
+    if len(elsewhere) < 2:
+        return f"the nearest admissible point is {region.as_text(moved[number])}"
+    listed = [
+        f"{region.as_text(moved[k])} for waypoint {k + 1}"
+        for k in elsewhere[:_MOST_NEAREST]
+    ]
+    if len(elsewhere) > _MOST_NEAREST:
+        listed.append(f"and {len(elsewhere) - _MOST_NEAREST} more")
+    return f"the nearest admissible points are {', '.join(listed)}"

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from functools import cache, partial
 from textwrap import fill
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -26,9 +25,10 @@ from gaitgraph.gait.gait import corner_lines
 from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.pictured import Pictured
-from gaitgraph.planning.any_angle import any_angle_loop, with_nearest
-from gaitgraph.planning.branch import Branch, Refusal, branches_of
-from gaitgraph.planning.grid import grid_loop, request_graph
+from gaitgraph.planning.any_angle import any_angle_loop
+from gaitgraph.planning.branch import Branch, Refusal, Search
+from gaitgraph.planning.grid import grid_loop
+from gaitgraph.planning.location import with_nearest
 from gaitgraph.planning.loop import Loop
 from gaitgraph.planning.request import PlanRequest, Point, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
@@ -38,14 +38,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
-    import networkx as nx
-
     from gaitgraph.gait.gait import Gait
     from gaitgraph.graph.walks import Weight
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.planning.request import Method, Objective
     from gaitgraph.surface.region import Points, Requirement
-    from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
+    from gaitgraph.surface.sheets import ColorChoice, SignChoice
     from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
@@ -358,49 +356,45 @@ def plan(
     until = None
     if deadline is not None:
         until = monotonic() + checked_number("deadline", deadline)
-    graph_of = cache(partial(request_graph, request, progress=progress))
-
-    def search(require: Requirement) -> tuple[list[Loop], list[Refusal]]:
-        loops: list[Loop] = []
-        refusals: list[Refusal] = []
-        for branch in branches_of(request, require):
-            answer = _loop_of(branch, graph_of, progress, until)
-            if isinstance(answer, Refusal):
-                refusals.append(answer)
-            else:
-                loops.append(answer.reversed() if request.reverse else answer)
-        return sorted(loops, key=_preference), refusals
-
-    flyable, refusals = search("flyable")
+    search = Search(request, progress, until)
+    flyable, refusals = _loops_of(search, "flyable")
     if request.require == "flyable":
         if flyable and flyable[0].report.flyable:
             return _planned(request, flyable, refusals)
-        refused = _refused(request, flyable, refusals)
+        refused = _refused(search, flyable, refusals)
         if request.vehicle.asymmetry is not None:
             return refused  # the paper's rules do not apply
         if request.servo_margin:
             return _with_less_margin(refused, progress)
         # Loops that only obey the paper's rules are listed beside the refusal.
-        others = _distinct([*flyable, *search("valid")[0]])
+        others = _distinct([*flyable, *_loops_of(search, "valid")[0]])
         return _with_valid_loops(refused, others)
-    valid, refusals = search("valid")
+    valid, refusals = _loops_of(search, "valid")
     loops = _distinct([*flyable, *valid])
     if not loops:
-        return _refused(request, loops, refusals)
+        return _refused(search, loops, refusals)
     return _planned(request, loops, refusals)
 
 
-def _loop_of(
-    branch: Branch,
-    graph_of: Callable[[Sign], nx.Graph[Any]],
-    progress: Callable[[str], None] | None,
-    until: float | None,
-) -> Loop | Refusal:
+def _loops_of(search: Search, require: Requirement) -> tuple[list[Loop], list[Refusal]]:
+    """Return the loops of all branches in order of preference, and why the other branches have none."""
+    loops: list[Loop] = []
+    refusals: list[Refusal] = []
+    for branch in search.branches(require):
+        answer = _loop_of(branch)
+        if isinstance(answer, Refusal):
+            refusals.append(answer)
+        else:
+            loops.append(answer.reversed() if search.request.reverse else answer)
+    return sorted(loops, key=_preference), refusals
+
+
+def _loop_of(branch: Branch) -> Loop | Refusal:
     """Return the best loop of a branch, proven to keep its servo margin, or why there is none."""
     if branch.request.method == "exact":
-        answer = any_angle_loop(branch, progress, until)
+        answer = any_angle_loop(branch)
     else:
-        answer = grid_loop(branch, graph_of, progress)
+        answer = grid_loop(branch)
     if not isinstance(answer, Loop) or not branch.servo_margin:
         return answer
     if answer.bears_servo_errors:
@@ -491,9 +485,10 @@ def _planned(
 
 
 def _refused(
-    request: PlanRequest, loops: Sequence[Loop], refusals: Sequence[Refusal]
+    search: Search, loops: Sequence[Loop], refusals: Sequence[Refusal]
 ) -> Plan:
     """Return the plan without a loop; of loops that cannot fly the first says why."""
+    request = search.request
     if loops:
         # What no region knows, such as a period that is too short for the vehicle's limits.
         best = loops[0]
@@ -506,7 +501,7 @@ def _refused(
             return math.inf
         return sum(map(math.dist, refusal.moved, request.waypoints))
 
-    refusals = [with_nearest(refusal, request) for refusal in refusals]
+    refusals = [with_nearest(refusal, search) for refusal in refusals]
     refusals.sort(key=moves)
     kind = "flyable" if request.require == "flyable" else "closed"
     messages = dict.fromkeys(refusal.message for refusal in refusals)

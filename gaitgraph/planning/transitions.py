@@ -27,7 +27,7 @@ from gaitgraph.gait.table import RATE_CHECKS, RATE_UNITS, Table
 from gaitgraph.io.formats import write_tables
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import Leg, shortest_path
-from gaitgraph.planning.branch import Branch
+from gaitgraph.planning.branch import Branch, Search
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.curved import hover_on_sheet, sheet_of
 from gaitgraph.surface.sheets import home_in_words, red_label, separating_factor
@@ -603,7 +603,7 @@ def _leg(
         floor=floor,
     )
     branch = Branch(
-        request=request,
+        search=Search(request),
         color="blue" if gait.color == "blue" else "red",
         sign="positive" if R[np.argmax(np.abs(R))] > 0 else "negative",
         require=require,
