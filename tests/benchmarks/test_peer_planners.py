@@ -13,8 +13,8 @@ import shapely
 
 import gaitgraph as gg
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.planning.any_angle import PreparedRegion, straight_loop_holds
-from gaitgraph.planning.branch import Branch
+from gaitgraph.planning.any_angle import PreparedRegion, straight_loop
+from gaitgraph.planning.branch import Branch, Search
 from gaitgraph.planning.request import plan_request
 from tests.published import GAITS
 from tests.samples import planning_region, visibility_graph
@@ -105,13 +105,16 @@ def legs(stops: Sequence[Any]) -> list[tuple[Any, Any]]:
 
 @pytest.mark.benchmark(group="the loop of Gait 3 against OMPL")
 def test_gait_3_ours(benchmark: Any) -> None:
-    """From a request to a loop that is proven flyable and shortest, lifted to all four angles; without the report."""
+    """From a request to a loop that is proven flyable and shortest, lifted to all four angles."""
     request = plan_request(GAIT_3, color="red", sign="negative")
-    branch = Branch(request=request, color="red", sign="negative", require="flyable")
 
     def planned() -> gg.Gait:
-        assert straight_loop_holds(branch)
-        return gg.lift(request.waypoints, "red", coefficients=COEFFICIENTS)
+        branch = Branch(
+            search=Search(request), color="red", sign="negative", require="flyable"
+        )
+        loop = straight_loop(branch)
+        assert loop is not None
+        return loop.path
 
     assert benchmark(planned).length == pytest.approx(math.pi, abs=1e-12)
 
