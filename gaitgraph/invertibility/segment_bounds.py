@@ -363,7 +363,7 @@ def least_level_determinant(
     return least_of_each(starts, ends, [quantity], [tolerance], **options)[0]
 
 
-class _Residual:
+class Residual:
     """−max(|Rφ|, |Rθ|), in axes of which the first is along arm 1."""
 
     count = 1
@@ -373,12 +373,14 @@ class _Residual:
         self.bends = bends_of(self.form)
 
     def state(self, points: Points, least: FloatArray) -> FloatArray:
+        """Return the least, and |Rθ| and |Rφ|."""
         sizes = np.abs(self.form.at(points.sines))
         return np.concatenate([-sizes.max(axis=0, keepdims=True), sizes])
 
     def bounds(
         self, first: FloatArray, last: FloatArray, p0: FloatArray, p1: FloatArray
     ) -> FloatArray:
+        """Return lower bounds."""
         sizes = np.maximum(first[1:], last[1:]) + self.bends.along(p1 - p0) / 8
         return np.asarray(-sizes.max(axis=0, keepdims=True))
 
@@ -392,7 +394,7 @@ def largest_residual(
     **options: Any,
 ) -> Least:
     """Bracket the least of −max(|Rφ|, |Rθ|) along segments, in axes of which the first is along arm 1."""
-    quantity = _Residual(coefficients)
+    quantity = Residual(coefficients)
     return least_of_each(starts, ends, [quantity], [tolerance], **options)[0]
 
 

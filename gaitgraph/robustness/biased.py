@@ -37,8 +37,8 @@ from gaitgraph.surface.sheets import sheet_distances
 from gaitgraph.texts import table_lines
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
+from gaitgraph.validation.judged import Segments, segments_of
 from gaitgraph.validation.report import GaitPoint
-from gaitgraph.validation.rules import Segments, segments_of
 from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:

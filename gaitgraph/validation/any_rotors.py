@@ -14,9 +14,9 @@ from gaitgraph.errors import InputError, wrong
 from gaitgraph.gait.table import is_closed
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
 from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.validation.judged import Segments
 from gaitgraph.validation.physics import tilt_range
 from gaitgraph.validation.report import LIMITED, Check, Report, State, check_of
-from gaitgraph.validation.rules import Segments
 
 if TYPE_CHECKING:
     import numpy.typing as npt

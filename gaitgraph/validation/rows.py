@@ -29,9 +29,9 @@ from gaitgraph.gait.table import (
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface.loop_colorings import Colorings, colorings
 from gaitgraph.surface.sheets import color_of
+from gaitgraph.validation.judged import Criteria, JudgedGait, Segments
 from gaitgraph.validation.physics import report_of
 from gaitgraph.validation.report import Check, Report, check_of, limit_check
-from gaitgraph.validation.rules import Criteria, Segments
 from gaitgraph.validation.worst import both
 from gaitgraph.validation.wrong_rows import LoneRows, lone_rows
 from gaitgraph.vehicle import four_of, scale_of, tighter_of
@@ -62,7 +62,10 @@ def report_of_rows(table: Table, criteria: Criteria) -> Report:
         return report
     if table.motion is not None:  # it keeps the limits, and the cubics are nearly it
         criteria = replace(criteria, passing=_PASSING)
-    worse = both(report_of(cubics, criteria, report["closed"]), report)
+    along_cubics = report_of(
+        JudgedGait(segments=cubics, criteria=criteria), report["closed"]
+    )
+    worse = both(along_cubics, report)
     return replace(worse, reachability=report.reachability)
 
 
@@ -90,7 +93,8 @@ def _report_of_straight_rows(
         value=0.0 if returns or is_path else gap,
         place=segments.place(count - 1),
     )
-    report = report_of(segments, criteria, closed, rates=rates, lone=lone)
+    gait = JudgedGait(segments=segments, criteria=criteria, lone=lone)
+    report = report_of(gait, closed, rates=rates)
     notes = _notes_on_columns(table, alpha, color, criteria.coefficients)
     if gap == longest == 0:
         notes.append(

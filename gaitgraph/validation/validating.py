@@ -19,10 +19,10 @@ from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import surface_of
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
+from gaitgraph.validation.judged import Criteria, JudgedGait, segments_of
 from gaitgraph.validation.physics import report_of
 from gaitgraph.validation.report import check_of
 from gaitgraph.validation.rows import report_of_rows
-from gaitgraph.validation.rules import Criteria, segments_of
 from gaitgraph.validation.worst import both
 from gaitgraph.vehicle import vehicle_within
 
@@ -82,7 +82,8 @@ def check_gait(
     )
     closed = check_of("closed", True, "closed by construction", value=0.0, limit=0.0)
     noun = "chord" if beside else "corner"
-    return report_of(segments_of(gait, noun), criteria, closed)
+    judged = JudgedGait(segments=segments_of(gait, noun), criteria=criteria)
+    return report_of(judged, closed)
 
 
 def validate(
