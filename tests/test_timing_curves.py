@@ -18,9 +18,11 @@ from gaitgraph.invertibility import (
     roll_sensitivity,
 )
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.forms import Form
-from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
-from gaitgraph.surface.blocks import yaw_block
+from gaitgraph.invertibility.matrices import (
+    least_singular_value,
+    level_determinant,
+    level_of_vehicle,
+)
 from gaitgraph.timing.curve import Curve, rounded
 from tests.samples import points_of
 
@@ -160,15 +162,13 @@ def test_what_is_taken_off_for_the_chords_is_as_documented(
     slack = sqrt(8) * float(curve.coefficients.form.size[2]) * chord
     least = np.abs(level_determinant(along, curve.coefficients)).min() - slack
     assert abs(report["R_sign"].value or 0) == pytest.approx(least, abs=2e-5)
-    # Shares are m/(2D), with yaw torques m and D = m₁f₂ − f₁m₂, each of bounded slope.
-    a1, a2 = along[..., 0], along[..., 1]
-    yaw = kappa * np.cos(a1) - np.sin(a1), kappa * np.cos(a2) + np.sin(a2)
-    lift = np.abs(yaw[0] * np.cos(a2) + yaw[1] * np.cos(a1)).min()
-    form = Form(yaw_block(gg.PAPER).form[:, :, None, None, None])
-    moved = sqrt(2) * float(form.size[0]) * chord
-    off = sqrt(1 + kappa**2) * chord / (2 * (lift - moved))
-    low = shares.min() * lift / (lift + moved) - off
-    high = (shares.max() + off) * lift / (lift - moved)
+    # Shares are Nᵢ/R, and the inputs Nᵢ change as R does.
+    exact = coefficients_of(kind="exact")
+    slack = sqrt(8) * float(exact.form.size[2]) * chord
+    rest = np.abs(level_determinant(along, exact)).min() - slack
+    sizes = [float(form.size[0]) for form in level_of_vehicle(gg.PAPER).inputs]
+    off = (max(sizes) * sqrt(8) * chord + shares.max() * slack) / rest
+    low, high = shares.min() - off, shares.max() + off
     assert report["hover_thrust"].value == pytest.approx(low, abs=1e-5)
     assert report.hover_thrusts == pytest.approx((low, high), abs=1e-5)
 

@@ -251,21 +251,24 @@ class JudgedGait:
     @cached_property
     def level(self) -> FloatArray:
         """R at the points, shape (n,)."""
-        return np.asarray(
-            self.criteria.coefficients.level_form.at(self.segments.sines)[0]
-        )
+        form = self.criteria.coefficients.level_form
+        return np.asarray(form.at(self.segments.sines)[0])
 
-    @property
+    @cached_property
     def sign(self) -> float:
         """The sign of the gait: that of R where |R| at a point is largest."""
-        largest = self.level[np.argmax(np.abs(self.level))]
-        return 1.0 if largest >= 0 else -1.0
+        return _sign_of(self.level)
+
+    @cached_property
+    def exact_sign(self) -> float:
+        """The same for exact coefficients."""
+        return _sign_of(self.criteria.exact.level_form.at(self.segments.sines)[0])
 
     @cached_property
     def brackets(self) -> dict[str, Least]:
         """Brackets of the least of each quantity that is compared with a limit, along each segment, in one search.
 
-        `level` and `exact_level` are of R times the sign of the gait, with its coefficients and with exact ones,
+        `level` and `exact_level` are of R times its sign, with the coefficients of the gait and with exact ones,
         `singular_value` of the least singular value, and `residual` of −max(|Rφ|, |Rθ|), which vanishes exactly where
         all points are red. `least_share` and `minus_largest_share` are of the hover thrusts, as shares of the weight;
         they are there if all are positive at the points.
@@ -276,7 +279,7 @@ class JudgedGait:
         names = ["level", "exact_level", "singular_value"]
         quantities: list[Quantity] = [
             LevelSign(criteria.coefficients, (self.sign,)),
-            LevelSign(criteria.exact, (self.sign,)),
+            LevelSign(criteria.exact, (self.exact_sign,)),
             singular_quantity(criteria.vehicle),
         ]
         tolerances = [1e-6, 1e-6, width]
@@ -322,3 +325,9 @@ class JudgedGait:
         if self.segments.noun != "row" or self.residual[0] <= criteria.tolerance:
             return Misreading()
         return misreading_of(alpha, criteria.coefficients, criteria.tolerance)
+
+
+def _sign_of(level: FloatArray) -> float:
+    """Return the sign of the value that is largest in size."""
+    largest = level[np.argmax(np.abs(level))]
+    return 1.0 if largest >= 0 else -1.0

@@ -70,7 +70,7 @@ def sign_of_R(gait: JudgedGait) -> Check:
         assumed = f"angles to {rounding.max():.2g} rad"
     errors = coefficients.level_errors(segments.sines, rounding)
     resolution = float(errors.max())
-    level = _narrowed_at(gait, gait.brackets["level"], resolution, coefficients)
+    level = _narrowed_at(gait, gait.brackets["level"], resolution, coefficients, sign)
     least, upper, _, _ = level.worst()
     place = segments.worst_place(level)
     slack = gait.criteria.level_slack(coefficients)
@@ -113,27 +113,25 @@ def sign_of_R(gait: JudgedGait) -> Check:
 
 
 def _narrowed_at(
-    gait: JudgedGait, level: Least, limit: float, coefficients: Coefficients
+    gait: JudgedGait,
+    level: Least,
+    limit: float,
+    coefficients: Coefficients,
+    sign: float,
 ) -> Least:
-    """Return brackets of R times the sign of the gait, narrowed until their comparison with a limit is settled."""
+    """Return brackets of R times a sign, narrower ones if these leave its comparison with a limit open."""
     lower, upper, _, _ = level.worst()
     if not lower <= limit < upper:
         return level
-    near = level.lower <= limit
-    narrow = least_level_determinant(
-        gait.segments.starts[near],
-        gait.segments.ends[near],
+    return least_level_determinant(
+        gait.segments.starts,
+        gait.segments.ends,
         coefficients,
-        sign=gait.sign,
+        sign=sign,
         tolerance=0.0,
         floor=float(np.nextafter(limit, math.inf)),
         each=True,
     )
-    parts = {}
-    for name in ("lower", "upper", "fraction"):
-        parts[name] = getattr(level, name).copy()
-        parts[name][near] = getattr(narrow, name)
-    return Least(**parts)
 
 
 def least_singular_value(gait: JudgedGait) -> Check:
@@ -370,12 +368,11 @@ def reachability(gait: JudgedGait) -> tuple[bool | None, str]:
         home = f"in the component of α = 0 ({home_in_words(vehicle)})"
         advice += f", {home}"
     passes = f"entering from hover (R > 0) passes a singular matrix: {advice}, or start the flight in the gait"
-    if gait.on_blue or gait.sign < 0:
+    if gait.on_blue or gait.exact_sign < 0:
         return False, passes
     resolution, slack = noise_of(exact), criteria.level_slack(exact)
-    level = _narrowed_at(
-        gait, gait.brackets["exact_level"], max(resolution, slack), exact
-    )
+    limit = max(resolution, slack)
+    level = _narrowed_at(gait, gait.brackets["exact_level"], limit, exact, 1.0)
     lower = level.lower.min()
     if not lower > resolution:
         return False, passes
@@ -488,9 +485,10 @@ def _causes(gait: JudgedGait, checks: Sequence[Check]) -> dict[str, str]:
         causes["continuous"] = "on_surface"
     elif "continuous" in broken and off_surface.fraction:
         causes["on_surface"] = "continuous"
-    if breaks and is_off_sheets and "two_color" in broken:
-        if broken["two_color"].where == breaks.where:  # at a point without color
-            causes["two_color"] = causes.get("continuous", "continuous")
+    colored = broken.get("two_color")
+    is_bare = not gait.segments.color.all()
+    if breaks and colored and is_bare and colored.where == breaks.where:
+        causes["two_color"] = causes.get("continuous", "continuous")
     if "R_sign" in broken:
         causes |= {"least_singular_value": "R_sign", "hover_thrust": "R_sign"}
     elif gait.on_blue and "least_singular_value" in broken:
