@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import errno
 import io
@@ -66,17 +67,24 @@ def content_of(stream: IO[Any], what: str) -> bytes:
         raise problem from error
 
 
-def write_to(stream: IO[Any], content: bytes, what: str, *, is_text: bool) -> None:
-    """Write UTF-8 text to a stream of text or bytes, other content to one of bytes; InputError or FileProblem if not."""
+def write_to(stream: IO[Any], content: IO[bytes], what: str, *, is_text: bool) -> None:
+    """Write content to a stream of bytes in pieces, UTF-8 text to one of text too; InputError or FileProblem if not."""
+    source: Any = content
     try:
+        piece = source.read(_PIECE)
         try:
-            _write_all(stream, content)
+            _write_piece(stream, piece)
         except TypeError:
             if not is_text:
                 raise InputError(
                     f"{what} needs a stream of bytes, got one of text"
                 ) from None
-            stream.write(content.decode())
+            content.seek(0)
+            source = codecs.getreader("utf-8")(content)
+        piece = source.read(_PIECE)
+        while piece:
+            _write_piece(stream, piece)
+            piece = source.read(_PIECE)
     except InputError:
         raise
     except Exception as error:  # of whatever library the stream is
@@ -85,17 +93,16 @@ def write_to(stream: IO[Any], content: bytes, what: str, *, is_text: bool) -> No
         raise problem from error
 
 
-def _write_all(stream: Any, content: bytes) -> None:
-    """Write bytes in pieces; a stream without a buffer may take less of one than it is given."""
-    for start in range(0, max(len(content), 1), _PIECE):
-        left = content[start : start + _PIECE]
-        while True:
-            taken = stream.write(left)
-            if taken is None and isinstance(stream, io.RawIOBase):
-                raise BlockingIOError("it takes nothing more")
-            if taken is None or taken >= len(left):
-                break
-            left = left[taken:]
+def _write_piece(stream: Any, piece: Any) -> None:
+    """Write all of a piece; a stream without a buffer may take less of it than it is given."""
+    left = piece
+    while True:
+        taken = stream.write(left)
+        if taken is None and isinstance(stream, io.RawIOBase):
+            raise BlockingIOError("it takes nothing more")
+        if taken is None or taken >= len(left):
+            break
+        left = left[taken:]
 
 
 def text_of(source: Path | IO[Any], what: str) -> str:
@@ -114,7 +121,8 @@ def reading(path: Path, what: str) -> Iterator[None]:
     """Raise FileProblem if a file cannot be read, and InputError if it is not UTF-8 text; both name the file."""
     if "\0" in str(path):  # Python raises a ValueError of no particular kind
         raise FileProblem(
-            f"{what} {str(path)!r} cannot be read: it has a null character"
+            f"{what} {str(path)!r} cannot be read: it has a null character",
+            path=str(path),
         )
     try:
         yield
@@ -187,7 +195,7 @@ def _no_number(name: str) -> None:
 def _different_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     for name, count in Counter(name for name, _ in pairs).most_common(1):
         if count > 1:
-            raise InputError(f"names in an object must differ, got {shown(name)} twice")
+            raise wrong("names in an object", "must differ", name, " twice", field=name)
     return dict(pairs)
 
 
@@ -207,7 +215,8 @@ def from_toml_file(
         if inner is not content and len(content) > 1:
             beside = next(name for name in content if name != what)
             raise InputError(
-                f"{beside} must be inside the [{what}] table, got it beside the table"
+                f"{beside} must be inside the [{what}] table, got it beside the table",
+                field=beside,
             )
         return make(inner)
     except GaitgraphError as error:
@@ -278,7 +287,9 @@ def check_new_files(
             target = target_of(path)
             if target in seen:
                 raise InputError(
-                    f"outputs must differ, got {str(path)!r} twice", field="outputs"
+                    f"outputs must differ, got {str(path)!r} twice",
+                    field="outputs",
+                    value=str(path),
                 )
             seen.add(target)
             _check_new(path, target, force=force, is_folder=path in folders)

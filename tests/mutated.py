@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,13 +18,21 @@ if TYPE_CHECKING:
 
 
 def refusal(path: Path) -> str:
-    """Return the one line that a gait file is refused with."""
+    """Return the one line that a gait file is refused with; the error holds the path, row and value that this tells."""
     with pytest.raises(GaitgraphError) as caught:
         read_table(path)
     message = str(caught.value)
     assert message.startswith("gait file") and str(path) in message, message  # noqa: PT018
     assert message.count("gait file") == 1
     assert "\n" not in message
+    stated = json.loads(json.dumps(caught.value.as_mapping()))
+    assert stated["path"] == str(path)
+    row = re.search(r": row (\d+)", message)
+    assert row is None or stated["row"] == int(row[1])
+    says_value = re.search(
+        ", got (?!no|None|numbers|semicolons|both|other bytes)", message
+    )
+    assert "value" in stated or not says_value, message
     return message
 
 

@@ -292,6 +292,27 @@ def test_what_is_wrong_inside_a_record_has_its_place() -> None:
     assert (refused.value.field, refused.value.value) == ("checks.1.value", "x")
 
 
+@pytest.mark.parametrize(
+    ("field", "wrong", "said"),
+    [
+        ("document", {}, "document must be .* with the names format, .* claims"),
+        ("document", {"claims": 3}, "document must be .*: claims must be .* got 3"),
+        ("document", {"pieces": "x"}, "document must be .*: pieces must be .* got 'x'"),
+        ("document", {"claims": math.nan}, "document must be .*: claims must be "),
+        ("intervals", {"joints": 3}, "intervals must have the names joints, least_"),
+    ],
+)
+def test_a_certificate_without_its_claims_is_refused(
+    field: str, wrong: dict[str, Any], said: str
+) -> None:
+    stated = gg.certify(GAIT).as_dict()
+    if wrong and field == "document":
+        wrong = stated["document"] | wrong
+    with pytest.raises(gg.InputError, match=f"^{said}") as refused:
+        gg.certificates.Certified.from_dict(stated | {field: wrong})
+    assert refused.value.field == field
+
+
 @pytest.mark.parametrize("item", ["x", None, [0.5]])
 def test_an_array_is_not_made_of_other_values(item: Any) -> None:
     stated = {"type": "array", "dtype": "<f8", "items": [0.5, item]}

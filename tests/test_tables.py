@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 import json
 import re
+import tracemalloc
 import warnings
 from dataclasses import replace
+from io import RawIOBase
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -504,3 +506,40 @@ def test_a_table_is_shown_in_one_line_without_its_numbers() -> None:
     timed = gg.lift([(0.4, -0.4), (0.8, -0.4)], "red").parametrize(2.0, samples=4)
     shown = repr(table_of(timed))
     assert shown == "<Table: 5 rows, 20 columns, T = 2 s, smooth, vehicle 'paper'>"
+
+
+class Sink(RawIOBase):
+    """A stream that takes the bytes of a file, up to 100,000 at once."""
+
+    def __init__(self, path: Path) -> None:
+        self.content = path.read_bytes()
+        self.taken = 0
+
+    def write(self, piece: Any) -> int:
+        assert len(piece) <= 1 << 20
+        some = bytes(piece[:100_000])
+        assert self.content.startswith(some, self.taken)
+        self.taken += len(some)
+        return len(some)
+
+
+def test_json_of_many_rows_is_written_in_pieces(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    angles = np.random.default_rng(1).uniform(-1, 1, (20_000, 4))
+    table = table_from(angles, color=("red",) * 20_000)
+    path = tmp_path / "gait.json"
+    monkeypatch.setattr("gaitgraph.io.text_files._AT_ONCE", 500)
+    write_tables(Table(columns={}), [tmp_path / "first.json"])
+    tracemalloc.start()
+    write_tables(table, [path])
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 0.1 * path.stat().st_size
+    sink: Any = Sink(path)
+    write_tables(table, [sink], format="json")
+    assert sink.taken == len(sink.content)
+    columns = {name: np.asarray(table[name]).tolist() for name in table.columns}
+    assert json.loads(sink.content)["columns"] == columns
+    text = json.dumps(columns["alpha1"])
+    assert f'"alpha1": {text},\n'.encode() in sink.content

@@ -12,6 +12,7 @@ import warnings
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -23,7 +24,7 @@ from gaitgraph.angles import angle_within
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.certificates import check
 from gaitgraph.certificates.open_paths import GRID, decimal, pieces_along
-from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
+from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError, wrong
 from gaitgraph.files import (
     check_new_files,
     is_stream,
@@ -77,6 +78,15 @@ class Certified(Record):
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        try:
+            claims = check.read(self.text)["claims"]
+        except (RecursionError, TypeError, ValueError) as error:
+            raise InputError(
+                f"document must be that of a certificate: {error}", field="document"
+            ) from error
+        if self.intervals.keys() != claims.keys():
+            rule = f"must have the names {', '.join(claims)}"
+            raise wrong("intervals", rule, self.intervals)
         freeze_arrays(self)
 
     @property
@@ -87,7 +97,8 @@ class Certified(Record):
     def write(self, path: str | Path | IO[Any], *, force: bool = False) -> None:
         """Write the document to a file, whole or not at all, or to an open stream."""
         if is_stream(path):
-            write_to(path, self.text.encode(), "a certificate", is_text=True)
+            content = BytesIO(self.text.encode())
+            write_to(path, content, "a certificate", is_text=True)
             return
         check_certificate(path)
         check_new_files([path], force=force)

@@ -218,8 +218,9 @@ def read_mat(path: Path) -> RawTable:
         matrix = arrays.pop(group, None)
         if matrix is not None and arrays.keys().isdisjoint(names):
             if matrix.ndim != 2 or matrix.shape[1] != len(names):
-                raise InputError(
-                    f"{group} must be a matrix of 4 columns, got shape {matrix.shape}"
+                got = f"shape {matrix.shape}"
+                raise wrong(
+                    group, "must be a matrix of 4 columns", matrix.shape, got=got
                 )
             arrays |= dict(zip(names, matrix.T, strict=True))
     return RawTable(columns=arrays, about=about)

@@ -531,6 +531,7 @@ def about_of_column(texts: Iterable[object]) -> dict[str, Any] | None:
     if stated is None:
         raise InputError(
             f"the row is missing whose text in {MADE_BY} states the vehicle or the motion; without this column the rows "
-            "are a table of their own"
+            "are a table of their own",
+            field=MADE_BY,
         )
     return about_from_text(stated) if FORMAT in stated else None

@@ -234,7 +234,8 @@ def write_tables(
                 write_tables(table, [file], periods=periods, servos=servo_map)
                 is_text = file.suffix not in _BINARY
                 what = f"a {file.suffix} file"
-                write_to(stream, file.read_bytes(), what, is_text=is_text)
+                with file.open("rb") as content:
+                    write_to(stream, content, what, is_text=is_text)
         return
     named = [path_of(path, "output") for path in paths]
     check_outputs(named, force=force, periods=periods)

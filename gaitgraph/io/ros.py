@@ -302,8 +302,12 @@ def _recorded(
     for kind, topic in [(TRAJECTORY, TOPICS[TRAJECTORY]), (STATE, TOPICS[STATE])]:
         topics = sorted({one.topic for one in bag.connections if one.msgtype == kind})
         if len(topics) > 1 and topic not in topics:
-            raise InputError(
-                f"topics of {kind} must be one, or {topic} among them, got {', '.join(topics)}"
+            raise wrong(
+                f"topics of {kind}",
+                f"must be one, or {topic} among them",
+                topics,
+                got=", ".join(topics),
+                field="topics",
             )
         topics = [topic] if len(topics) > 1 else topics
         messages = _messages(bag, kind, topics)
@@ -312,8 +316,11 @@ def _recorded(
         first = messages[0][1]
         if kind == STATE:
             if any(message.name != first.name for _, message in messages):
-                raise InputError(
-                    f"joints must be the same in all messages, got others after {shown(first.name)}"
+                raise wrong(
+                    "joints",
+                    "must be the same in all messages",
+                    first.name,
+                    got=f"others after {shown(first.name)}",
                 )
             stamped = nanoseconds(first.header.stamp) > 0
             return first.name, [
@@ -326,8 +333,12 @@ def _recorded(
             ]
         if len(messages) > 1 or not first.points:
             got = f"{len(messages)}, the first of {len(first.points)} points"
-            raise InputError(
-                f"topic {topics[0]!r} must have one message, with points, got {got}"
+            raise wrong(
+                f"topic {topics[0]!r}",
+                "must have one message, with points",
+                topics[0],
+                got=got,
+                field="topics",
             )
         points, periods = first.points, chosen.get("periods")
         if (
@@ -378,9 +389,8 @@ def _columns(
         if what == "positions" or any(map(len, values)):
             for k, row in enumerate(values, start=1):
                 if len(row) != len(names):
-                    raise InputError(
-                        f"row {k} must have {len(names)} {what}, one a joint, got {len(row)}"
-                    )
+                    rule = f"must have {len(names)} {what}, one a joint"
+                    raise wrong(f"row {k}", rule, len(row), field=what, row=k)
             found |= zip(
                 columns, np.array(values, dtype=float)[:, order].T, strict=True
             )

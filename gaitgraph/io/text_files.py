@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
 
 _WHAT = "gait file"
-_AT_ONCE = 65_536  # rows, as objects of Python
+_AT_ONCE = 16_384  # rows, as objects of Python
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
 _SHARED = ("vehicle", "coefficients", "period", "law")
 """Fields of a request that a saved plan states for its table."""
@@ -97,16 +97,22 @@ def _numbers_in(body: str) -> FloatArray | None:
 def _rows_of(body: str, count: int, line: int) -> list[list[str]]:
     """Return the fields of each line below the header, which is in a line; InputError unless each has the count."""
     reader = csv.reader(StringIO(body), strict=True)
-    rows = []
+    rows: list[list[str]] = []
     try:
         for row in filter(None, reader):
             if len(row) != count:
-                raise InputError(
-                    f"line {line + reader.line_num} must have {count} fields, as the header has, got {len(row)}"
+                raise wrong(
+                    f"line {line + reader.line_num}",
+                    f"must have {count} fields, as the header has",
+                    len(row),
+                    field="columns",
+                    row=len(rows) + 1,
                 )
             rows.append(row)
     except csv.Error as error:
-        raise _no_text(line + reader.line_num, error) from error
+        problem = _no_text(line + reader.line_num, error)
+        problem.row = len(rows) + 1
+        raise problem from error
     return rows
 
 
@@ -135,7 +141,7 @@ def read_json(path: Path) -> RawTable:
     if isinstance(content, list):
         return RawTable(columns=_columns_of_rows(content), angle_texts=True)
     if not isinstance(content, dict):
-        raise InputError(f"{_JSON}, got {shown(content)}")
+        raise InputError(f"{_JSON}, got {shown(content)}", value=content)
     if "path" in content:
         return _columns_of_plan(content)
     if "waypoints" in content and "columns" not in content:
@@ -150,8 +156,9 @@ def read_json(path: Path) -> RawTable:
 def _columns_of_rows(rows: list[Any]) -> dict[str, Any]:
     for number, row in enumerate(rows, start=1):
         if not isinstance(row, dict) or row.keys() != rows[0].keys():
-            raise InputError(
-                f"row {number} must be an object with the fields of row 1, got {shown(row)}; {_JSON}"
+            rule = "must be an object with the fields of row 1"
+            raise wrong(
+                f"row {number}", rule, row, f"; {_JSON}", field="columns", row=number
             )
     names = rows[0] if rows else ()
     return {name: [row[name] for row in rows] for name in names}
@@ -191,7 +198,19 @@ def write_json(table: Table, path: Path) -> None:
         stream.write('  "columns": {')
         between = "\n"
         for name, values in table.columns.items():
-            text = json.dumps(np.asarray(values).tolist(), allow_nan=False)
-            stream.write(f"{between}    {json.dumps(name)}: {text}")
+            stream.write(f"{between}    {json.dumps(name)}: ")
+            _write_list(values, stream)
             between = ",\n"
         stream.write("\n  }\n}\n")
+
+
+def _write_list(values: Any, stream: TextIO) -> None:
+    """Write the values of a column as a list of JSON, in pieces."""
+    stream.write("[")
+    for start in range(0, len(values), _AT_ONCE):
+        some = np.asarray(values[start : start + _AT_ONCE]).tolist()
+        text = json.dumps(some, allow_nan=False)
+        if start:
+            stream.write(", ")
+        stream.write(text[1:-1])  # without its brackets
+    stream.write("]")
