@@ -945,7 +945,11 @@ def test_the_program_answers_by_its_exit_code_and_a_line_for_each_claim(
     wrong = with_claim(only(document, "tilt"), "tilt", ["0"] * 4, "at_most")
     path.write_text(json.dumps(wrong))
     assert run_alone(path)[0] == 1
+    huge, far = tmp_path / "huge.json", tmp_path / "far.csv"
+    huge.write_text(at_path(document, "pieces 0 alpha 0", ["9" * 400]))
+    far.write_text(f"{NAMES}\n0,1e400,0,0,0\n")
     refused: list[Any] = [(), (path, table, path), (tmp_path / "none.json",)]
+    refused += [(huge,), (path, far)]  # with numbers beyond floats
     for arguments in refused:
         code, out, err = run_alone(*arguments)
         assert (code, out, len(err.splitlines())) == (2, "", 1)

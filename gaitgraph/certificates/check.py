@@ -683,7 +683,7 @@ if __name__ == "__main__":
         if len(sys.argv) == 3:
             off, between = held_against(document, *rows_of_csv(Path(sys.argv[2])))
             last = f"each row is on the curve, lines between rows to {between:.2g} rad"
-    except (OSError, RecursionError, ValueError) as error:
+    except (OSError, OverflowError, RecursionError, ValueError) as error:
         print(f"check.py: {error}", file=sys.stderr)
         sys.exit(2)
     if off:

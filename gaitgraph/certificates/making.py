@@ -10,7 +10,7 @@ import json
 import math
 import warnings
 from dataclasses import dataclass
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, Inexact
 from fractions import Fraction
 from io import BytesIO
 from itertools import pairwise
@@ -62,7 +62,7 @@ _MOST_SAMPLES = 20_000
 _MOST_ANGLE = 3.9  # the checker's limit is 4 [rad]
 _MOST_INTERVALS = 20_000  # of a piece
 _SMALLEST = Fraction(1, 2**40)  # interval
-_MOST_DIGITS = 60
+_EXACT = Context(prec=60, traps=[Inexact])
 _SMOOTH = (0, 0, 10, -15, 6)  # 10τ³ − 15τ⁴ + 6τ⁵, the smooth law on each piece
 
 
@@ -199,9 +199,12 @@ def certify(
     if tilt is not None:
         angle = angle_within(tilt, "tilt", math.pi / 2 - 1e-6, least=0.0)
     with naming_file(given.file):
-        reason = _reason_against(given)
-        if reason:
-            raise Infeasible(f"no certificate, since {reason}")
+        table = given.table
+        if table is not None and table.motion is None and table.joined_by_cubics:
+            raise Infeasible(
+                "no certificate, since the rows are played as cubics through their rates, and state no law; leave the "
+                "columns of rates out to certify straight segments"
+            )
         report = validate(given, floor=floor)
         if not report.flyable:
             raise Infeasible(
@@ -227,7 +230,7 @@ def certify(
     document = {
         "format": check.FORM["format"],
         "made_by": f"gaitgraph {__version__}",
-        "deviation": _rounded(_deviation(stated, given.table), ROUND_CEILING),
+        "deviation": _rounded(_deviation(stated, table), ROUND_CEILING),
         "path": stated.path,
         "vehicle": stated.vehicle,
         "pieces": stated.pieces,
@@ -238,17 +241,6 @@ def certify(
         intervals=intervals,
         warnings=report.warnings,
     )
-
-
-def _reason_against(given: GivenGait) -> str:
-    """Return why a flyable gait would get no certificate, "" if it can get one."""
-    table = given.table
-    if table is not None and table.motion is None and table.joined_by_cubics:
-        return (
-            "the rows are played as cubics through their rates, and state no law; leave the columns of rates out to "
-            "certify straight segments"
-        )
-    return ""
 
 
 def _is_timed(given: GivenGait) -> bool:
@@ -264,14 +256,11 @@ def _plain(document: dict[str, Any]) -> Any:
 
 def _text_of(number: Fraction) -> str:
     """Return an exact number as a decimal if it is a short one, else as a fraction."""
-    digits = 0
-    scaled = number
-    while scaled.denominator > 1 and digits < _MOST_DIGITS:
-        scaled *= 10
-        digits += 1
-    if scaled.denominator > 1:
+    above, below = map(Decimal, number.as_integer_ratio())
+    try:
+        return f"{_EXACT.divide(above, below):f}"
+    except Inexact:
         return str(number)
-    return f"{Decimal(f'{scaled}e-{digits}'):f}"
 
 
 def _rounded(value: float, rounding: str) -> Fraction:
@@ -480,9 +469,9 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
     if tilt is not None:
         claims["attitude"] = {"tilt": decimal(tilt, GRID)}
     hull = np.tile(bernstein_from_power(powers, np.ones(len(stated.pieces))), copies)
-    low, high = np.array(vehicle.tilt_range or [(-math.inf, math.inf)] * 4).T
-    low = low - float(_SLACK) * np.where(low == 0, 1.0, np.abs(low))
-    high = high + float(_SLACK) * np.where(high == 0, 1.0, np.abs(high))
+    limits = np.array(vehicle.tilt_range or [(-math.inf, math.inf)] * 4)
+    slack = float(_SLACK) * np.where(limits == 0, 1.0, np.abs(limits))
+    low, high = (limits + slack * [-1.0, 1.0]).T
     at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, low)
     at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, high)
     claims["tilt"] = {

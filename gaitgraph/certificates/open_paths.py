@@ -48,14 +48,13 @@ def pieces_along(path: TimedGait) -> tuple[list[dict[str, Any]], float]:
     points = np.array(controls)
     largest = np.abs(path.peaks(1)).max()
     for end, next_to_it, width in ((0, 1, widths[0]), (-1, -2, widths[-1])):
-        last = -1 if end else 0
-        rates = _DEGREE * (points[last, next_to_it] - points[last, end]) / width
+        rates = _DEGREE * (points[end, next_to_it] - points[end, end]) / width
         if np.abs(rates).max() > _AT_REST * largest:
             raise Infeasible(
                 "no certificate, since the path is run once and is not at rest at both ends",
                 advice=Advice("use the law 'smooth'", "use --law smooth"),
             )
-        points[last, next_to_it] = points[last, end]
+        points[end, next_to_it] = points[end, end]
     ends = (points[:-1, -1] + points[1:, 0]) / 2
     points[:-1, -1] = points[1:, 0] = ends
     if (points[..., :2] == points[..., 2:]).all():
@@ -93,30 +92,15 @@ def _fitted(
     motion: TimedGait | RunUp, start: float, end: float
 ) -> tuple[FloatArray, float]:
     """Return the Bernstein coefficients (6, 4) of a piece, and how far it is from the motion at samples [rad]."""
-    from scipy.special import binom
+    from scipy.interpolate import BPoly
 
-    width = end - start
     inside = _INSIDE * motion.period
-    shares = np.linspace(0.0, 1.0, 17)
-    times = start + shares * width
+    times = np.linspace(start, end, 17)
     alpha = motion.at(times).alpha
-    _, rates, accelerations = motion.at(np.clip(times, start + inside, end - inside))
-    steps = rates * width / _DEGREE
-    bends = accelerations * width**2 / (_DEGREE * (_DEGREE - 1))
-    control = np.array(
-        [
-            alpha[0],
-            alpha[0] + steps[0],
-            alpha[0] + 2 * steps[0] + bends[0],
-            alpha[-1] - 2 * steps[-1] + bends[-1],
-            alpha[-1] - steps[-1],
-            alpha[-1],
-        ]
-    )
-    orders = np.arange(_DEGREE + 1)
-    weights = binom(_DEGREE, orders) * shares[:, None] ** orders
-    weights *= (1 - shares[:, None]) ** orders[::-1]
-    return control, float(np.abs(weights @ control - alpha).max())
+    _, rates, accelerations = motion.at(np.array([start + inside, end - inside]))
+    known = np.stack([alpha[[0, -1]], rates, accelerations], axis=1)
+    curve = BPoly.from_derivatives([start, end], known)
+    return curve.c[:, 0], float(np.abs(curve(times) - alpha).max())
 
 
 def _curves_of(control: FloatArray) -> list[list[Fraction]]:

@@ -126,7 +126,7 @@ def verify(
         named, text = f"certificate {str(path)!r}", text_of(path, "certificate")
     try:
         found = check(text)
-    except (RecursionError, ValueError) as error:
+    except (OverflowError, RecursionError, ValueError) as error:
         rule = "it must be JSON: " if isinstance(error, json.JSONDecodeError) else ""
         raise InputError(f"{named}: {rule}{error}") from None
     if table is None and path is not None and "rate" in found["values"]:
@@ -146,7 +146,7 @@ def verify(
         try:
             off, between = held_against(text, *_exact_rows(rows, Path(name)))
             off = off or _other_kind(found["path"], rows)
-        except ValueError as error:
+        except (OverflowError, ValueError) as error:
             raise InputError(f"{named}: {error}") from None
     return Verified(found=found, table=name, rows=len(rows), off=off, between=between)
 
@@ -186,10 +186,11 @@ def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
     name = f"the certificate {beside.name!r}"
     try:
         text = text_of(beside, "certificate")
-        stated = _wrenches_of(read(text)["vehicle"])
+        document = read(text)
+        stated = _wrenches_of(document["vehicle"])
         off, _ = held_against(text, *_exact_rows(table, gait_file))
-        off = off or _other_kind(read(text)["path"], table)
-    except (InputError, ArithmeticError, LookupError, TypeError, ValueError):
+        off = off or _other_kind(document["path"], table)
+    except (OverflowError, RecursionError, ValueError):
         return f"{name} is no certificate; gaitgraph verify {beside.name} says why"
     if off:
         return f"{name} does not belong to these rows: {off}"
