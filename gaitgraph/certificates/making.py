@@ -23,7 +23,12 @@ from gaitgraph import __version__
 from gaitgraph.angles import angle_within
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.certificates import check
-from gaitgraph.certificates.open_paths import GRID, decimal, pieces_along
+from gaitgraph.certificates.open_paths import (
+    GRID,
+    decimal,
+    opposite_once,
+    pieces_along,
+)
 from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError, wrong
 from gaitgraph.files import (
     check_new_files,
@@ -336,7 +341,6 @@ class _Stated:
         if isinstance(path, TimedGait) and not path.repeats:
             self.path = "open"
             self.pieces, self.off = pieces_along(path)
-            self.powers = _powers_of(self.pieces)
         else:
             self.powers, widths, self.is_smooth = self._polynomials()
             self.off = 0.0
@@ -346,12 +350,13 @@ class _Stated:
             ]
         level = check.Level(self.vehicle)
         self.curve = [check.Piece(piece, level) for piece in self.pieces]
+        if self.path == "open":
+            self.powers = _powers_of(self.curve)
 
     def _polynomials(self) -> tuple[FloatArray, FloatArray, bool]:
         """Return angles in powers of the share of a piece, highest first, widths, and whether the law is `smooth`.
 
-        The pieces of a smooth gait are straight, and its law rises on each. Two angles instead of four where opposite
-        ones are equal. Pieces of no length are left out.
+        The pieces of a smooth gait are straight, and its law rises on each. Pieces of no length are left out.
         """
         timed = self.timed
         alpha = self.gait.alpha
@@ -369,14 +374,13 @@ class _Stated:
         else:
             step = np.roll(alpha, -1, axis=0) - alpha
             powers = np.stack([step, alpha])
-            if (alpha[:, :2] == alpha[:, 2:]).all():
-                powers = powers[:, :, :2]
             widths = step.any(axis=1) * 1.0
             if timed is not None:
                 widths = np.diff(timed.corner_times)
                 is_smooth = timed.law == "smooth"
         kept = widths > 0
         kept[0] |= not kept.any()
+        powers = np.tile(powers, 4 // powers.shape[-1])
         return powers[:, kept], widths[kept], is_smooth
 
     def _alpha(self, k: int) -> list[list[Fraction]]:
@@ -399,17 +403,17 @@ class _Stated:
             while len(curve) > 1 and curve[-1] == 0:
                 curve.pop()
             alpha.append(curve)
-        return alpha
+        return opposite_once(alpha)
 
 
-def _powers_of(pieces: list[dict[str, Any]]) -> FloatArray:
-    """Return the polynomials of exact pieces as floats, highest power first, shape (degree + 1, pieces, angles)."""
-    most = max(len(curve) for piece in pieces for curve in piece["alpha"])
-    powers = np.zeros((most, len(pieces), len(pieces[0]["alpha"])))
-    for k, piece in enumerate(pieces):
-        for joint, curve in enumerate(piece["alpha"]):
-            for power, factor in enumerate(curve, start=1):
-                powers[-power, k, joint] = float(factor)
+def _powers_of(curve: list[check.Piece]) -> FloatArray:
+    """Return exact pieces as floats, highest power first, shape (degree + 1, pieces, 4)."""
+    angles = [piece.motion[0] for piece in curve]
+    degree = max(len(polynomial) for four in angles for polynomial in four) - 1
+    powers = np.zeros((degree + 1, len(curve), 4))
+    for k, joint in np.ndindex(len(curve), 4):
+        for power, factor in enumerate(angles[k][joint]):
+            powers[degree - power, k, joint] = factor
     return powers
 
 
@@ -441,10 +445,9 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
     """Return the claims without their covers; InputError if an angle is too large."""
     vehicle = stated.gait.vehicle
     powers = stated.powers
-    copies = 4 // powers.shape[-1]
     count = min(_SAMPLES, _MOST_SAMPLES // len(stated.pieces))
     share = np.linspace(0.0, 1.0, max(2, count))
-    alpha = np.tile(values_of(powers[:, None], share[:, None]), copies)
+    alpha = values_of(powers[:, None], share[:, None])
     largest = float(np.abs(alpha).max())
     if largest > _MOST_ANGLE:
         raise InputError(
@@ -468,7 +471,7 @@ def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str,
     }
     if tilt is not None:
         claims["attitude"] = {"tilt": decimal(tilt, GRID)}
-    hull = np.tile(bernstein_from_power(powers, np.ones(len(stated.pieces))), copies)
+    hull = bernstein_from_power(powers, np.ones(len(stated.pieces)))
     limits = np.array(vehicle.tilt_range or [(-math.inf, math.inf)] * 4)
     slack = float(_SLACK) * np.where(limits == 0, 1.0, np.abs(limits))
     low, high = (limits + slack * [-1.0, 1.0]).T

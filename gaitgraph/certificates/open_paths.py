@@ -57,11 +57,10 @@ def pieces_along(path: TimedGait) -> tuple[list[dict[str, Any]], float]:
         points[end, next_to_it] = points[end, end]
     ends = (points[:-1, -1] + points[1:, 0]) / 2
     points[:-1, -1] = points[1:, 0] = ends
-    if (points[..., :2] == points[..., 2:]).all():
-        points = points[..., :2]
     pieces = []
     for control, width in zip(points, widths, strict=True):
-        pieces.append({"alpha": _curves_of(control), "duration": decimal(width)})
+        alpha = opposite_once(_curves_of(control))
+        pieces.append({"alpha": alpha, "duration": decimal(width)})
     return pieces, off
 
 
@@ -104,7 +103,7 @@ def _fitted(
 
 
 def _curves_of(control: FloatArray) -> list[list[Fraction]]:
-    """Return the exact polynomials of angles, the lowest power first, of their Bernstein coefficients (6, n)."""
+    """Return the exact polynomials of angles, the lowest power first, of their Bernstein coefficients (6, 4)."""
     curves = []
     for points in control.T.tolist():
         curve = []
@@ -116,6 +115,13 @@ def _curves_of(control: FloatArray) -> list[list[Fraction]]:
         while len(curve) > 1 and curve[-1] == 0:
             curve.pop()
         curves.append(curve)
+    return curves
+
+
+def opposite_once(curves: list[list[Fraction]]) -> list[list[Fraction]]:
+    """Return the polynomials of four angles, or of two if opposite ones are equal."""
+    if curves[:2] == curves[2:]:
+        return curves[:2]
     return curves
 
 
