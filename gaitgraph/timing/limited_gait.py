@@ -92,10 +92,8 @@ class LimitedGait(TimedGait):
 
     @property
     def stated_rounding(self) -> float | None:
-        """The rounding that was asked for [rad]; None for a polyline, and for a gait that only turns back on its line."""
-        if self.rounding is None or self.rounding.tolerance == 0:
-            return None
-        return self.rounding.tolerance
+        """The rounding of the corners [rad]; None for a polyline."""
+        return None if self.rounding is None else self.rounding.tolerance
 
     def with_gait(self, gait: Gait) -> Self:
         """Return the same law for another vehicle, or other coefficients, of a gait; see :meth:`TimedGait.with_gait`."""

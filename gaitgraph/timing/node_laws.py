@@ -33,16 +33,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.timing.polynomials import (
-    bends_of,
-    derivative_of,
-    values_of,
-)
+from gaitgraph.invertibility.forms import FloatArray
+from gaitgraph.timing.polynomials import bends_of, derivative_of, values_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-
-    from gaitgraph.invertibility.forms import FloatArray
 
 # Intervals on a piece of a curve; with two, least periods under a jerk limit were up to 0.6 % longer.
 _FEWEST = 8
@@ -63,61 +58,19 @@ _SETTLED = 1e-3  # share of the time that a programme must gain for another one
 _TANGENTS = (0.5, 1.0, 1.6)
 _LEAST = 1e-2
 
-
-class Phase(NamedTuple):
-    """A part of a motion whose acceleration changes evenly."""
-
-    duration: float
-    starting: float  # the acceleration at its start
-    ending: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class NodeLaw:
-    """A law s(t) from node to node along a path.
-
-    `durations` are of the n intervals [s], `speed` ṡ and `acceleration` s̈ at the nodes, shape (n + 1,); `local` is s at
-    the start of each interval since its piece of the path starts, shape (n,), and `pieces` are those that the intervals
-    run along, shape (degree + 1, n, 2).
-    """
-
-    durations: FloatArray
-    speed: FloatArray
-    acceleration: FloatArray
-    local: FloatArray
-    pieces: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
-    def tilts(self) -> FloatArray:
-        """Return (α1, α2) on the intervals as polynomials of the share that has passed, shape (degree + 1, n, 2)."""
-        h = self.durations
-        gain = np.diff(self.speed)
-        first, last = h * self.acceleration[:-1], h * self.acceleration[1:]
-        position = [
-            h * (first + last - 2 * gain) / 4,
-            h * (3 * gain - 2 * first - last) / 3,
-            h * first / 2,
-            h * self.speed[:-1],
-            self.local,
-        ]
-        out = self.pieces[:1].copy()
-        for coefficient in self.pieces[1:]:
-            # Horner's rule with polynomials: multiply by the position, add the next coefficient.
-            product = np.zeros((len(out) + 4, *out.shape[1:]))
-            for power, part in enumerate(position):
-                product[power : power + len(out)] += out * part[:, None]
-            out = product
-            out[-1] += coefficient
-        return out
+# The widths of the n intervals of time [s], and (α1, α2) or all angles on them as polynomials of the share that has
+# passed, highest power first, shape (degree + 1, n, joints).
+NodeLaw = tuple[FloatArray, FloatArray]
+# ṡ² and s̈ at the n nodes of a grid, each of shape (n,).
+Speeds = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
-    """Nodes along a closed path, shape (n + 1,); `local` and `pieces` are those of :class:`NodeLaw`.
+    """Nodes `s` along a closed path, shape (n + 1,); at those with the numbers `rests` laws rest.
 
-    At the nodes with the numbers `rests` laws rest.
+    `local` is s at the start of each interval since its piece of the path starts, shape (n,), and `pieces` are those
+    that the intervals run along, shape (degree + 1, n, joints).
     """
 
     s: FloatArray
@@ -138,22 +91,49 @@ class Grid:
         local = self.local + self.width if at_end else self.local
         return values_of(derivative_of(self.pieces, order), local)
 
-    def law(self, squared: FloatArray, acceleration: FloatArray) -> NodeLaw:
-        """Return the law with given ṡ² and s̈ at the nodes, each of shape (n,)."""
+    def law(self, speeds: Speeds) -> NodeLaw:
+        """Return the law with given speeds at the nodes."""
+        squared, acceleration = speeds
         speed = np.sqrt(closed(squared))
-        width, mean = self.width, (speed[1:] + speed[:-1]) / 2
+        width = self.width
+        mean = (speed[1:] + speed[:-1]) / 2
         # Up to this size of all accelerations an interval surely has a duration.
         most = mean**2 / width
         most = np.minimum(most, np.roll(most, 1))
         rise = closed(np.clip(acceleration, -most, most))
         root = np.sqrt(mean**2 + width * (rise[:-1] - rise[1:]) / 3)
-        return NodeLaw(
-            durations=2 * width / (mean + root),
-            speed=speed,
-            acceleration=rise,
-            local=self.local,
-            pieces=self.pieces,
-        )
+        durations = 2 * width / (mean + root)
+        return law_between(durations, speed, rise, self.local, self.pieces)
+
+
+def law_between(
+    durations: FloatArray,
+    speed: FloatArray,
+    acceleration: FloatArray,
+    local: FloatArray,
+    pieces: FloatArray,
+) -> NodeLaw:
+    """Return the law with given ṡ and s̈ at nodes, shape (n + 1,); `local` and `pieces` are those of :class:`Grid`."""
+    h = durations
+    gain = np.diff(speed)
+    first = h * acceleration[:-1]
+    last = h * acceleration[1:]
+    position = [
+        h * (first + last - 2 * gain) / 4,
+        h * (3 * gain - 2 * first - last) / 3,
+        h * first / 2,
+        h * speed[:-1],
+        local,
+    ]
+    tilts = pieces[:1].copy()
+    for coefficient in pieces[1:]:
+        # Horner's rule with polynomials: multiply by the position, add the next coefficient.
+        product = np.zeros((len(tilts) + 4, *tilts.shape[1:]))
+        for power, part in enumerate(position):
+            product[power : power + len(tilts)] += tilts * part[:, None]
+        tilts = product
+        tilts[-1] += coefficient
+    return durations, tilts
 
 
 def closed(values: FloatArray) -> FloatArray:
@@ -203,13 +183,11 @@ def _shrinking(nearest: float, step: float, room: float) -> list[float]:
 # -- From rest to rest
 
 
-def rest_to_rest(
-    plane: FloatArray, rate: FloatArray, acceleration: FloatArray, jerk: FloatArray
-) -> NodeLaw:
+def rest_to_rest(plane: FloatArray, limits: FloatArray) -> NodeLaw:
     """Return the fastest law of a closed polyline that rests at every corner.
 
-    The corners have shape (n, 2), no two neighbours equal [rad]; the limits of α1 and α2 have shape (2,), infinite
-    where there is none.
+    The corners have shape (n, 2), no two neighbours equal [rad]; the limits of rate, acceleration and jerk of α1 and α2
+    have shape (3, 2), infinite where there is none.
     """
     step = np.roll(plane, -1, axis=0) - plane
     lengths = np.linalg.norm(step, axis=1)
@@ -218,12 +196,9 @@ def rest_to_rest(
     for k, length in enumerate(lengths.tolist()):
         share = np.abs(step[k]) / length
         moving = share > 1e-12
-        along = [
-            float((limit[moving] / share[moving]).min())
-            for limit in (rate, acceleration, jerk)
-        ]
+        along = limits[:, moving] / share[moving]
         s = v = 0.0
-        for h, starting, ending in phases(length, *along):
+        for h, starting, ending in phases(length, *along.min(axis=1).tolist()):
             durations.append(h)
             local.append(s)
             segment.append(k)
@@ -232,14 +207,23 @@ def rest_to_rest(
             v = max(v + h * (starting + ending) / 2, 0.0)
             speed.append(v)
         speed[-1] = 0.0
-    return NodeLaw(
-        durations=np.array(durations),
-        speed=np.array(speed),
-        # It is continuous: at the end of a phase it is that at the start of the next.
-        acceleration=np.array([*rise, 0.0]),
-        local=np.array(local),
-        pieces=straight[:, segment],
+    # The acceleration is continuous: at the end of a phase it is that at the start of the next.
+    rise.append(0.0)
+    return law_between(
+        np.array(durations),
+        np.array(speed),
+        np.array(rise),
+        np.array(local),
+        straight[:, segment],
     )
+
+
+class Phase(NamedTuple):
+    """A part of a motion whose acceleration changes evenly."""
+
+    duration: float
+    starting: float  # the acceleration at its start
+    ending: float
 
 
 def phases(
@@ -289,18 +273,20 @@ def phases(
 # -- Under limits of rate and acceleration
 
 
-def fastest_speeds(
-    grid: Grid, rate: FloatArray, acceleration: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return ṡ² and s̈ at the nodes of the fastest law, shapes (n,), under limits at the nodes, shapes (n, 2).
+def fastest_speeds(grid: Grid, limits: FloatArray) -> Speeds:
+    """Return the speeds of the fastest law under limits of rate and acceleration at the nodes, shape (2 or 3, n, 2).
 
     The fastest speeds have a constant s̈ on every interval. At a node it becomes the mean of both sides, weighted so
     that ṡ² grows by as much along the whole path, and ṡ² is what it then is.
     """
-    first, second = closed(grid.derivative(1)), closed(grid.derivative(2))
     after = grid.width
     squared = fastest_squared_speeds(
-        first, second, after, closed(rate), closed(acceleration), grid.rests
+        closed(grid.derivative(1)),
+        closed(grid.derivative(2)),
+        after,
+        closed(limits[0]),
+        closed(limits[1]),
+        grid.rests,
     )
     rise_after = np.diff(squared) / (2 * after)
     before, rise_before = np.roll(after, 1), np.roll(rise_after, 1)
@@ -425,17 +411,14 @@ class JerkProgrammes:
         self.around = (width + np.roll(width, 1)) / 2
         self.here = sparse.identity(n, format="csr")
         self.none = sparse.csr_matrix((n, n))
-        ahead = (np.arange(n) + 1) % n
-        self.after = sparse.csr_matrix((np.ones(n), (np.arange(n), ahead)), (n, n))
+        self.after = self.here[np.roll(np.arange(n), -1)]
         self.slope = sparse.diags(1.0 / width) @ (self.after - self.here)
         # b grows by the trapezoidal integral of 2s̈.
         both = sparse.diags(width) @ (self.here + self.after)
         self.grows = sparse.hstack([self.after - self.here, -both, self.none])
 
-    def settled(
-        self, squared: FloatArray, limits: FloatArray
-    ) -> tuple[FloatArray, FloatArray] | None:
-        """Return ṡ² and s̈ of the law after which another programme gains little, shapes (n,).
+    def settled(self, squared: FloatArray, limits: FloatArray) -> Speeds | None:
+        """Return the speeds of the law after which another programme gains little.
 
         `squared` is ṡ² of some slower law, and `limits` are those at the nodes, shape (3, n, 2). The last solution is
         returned where a programme has none, and None if that is the first.
@@ -459,10 +442,8 @@ class JerkProgrammes:
     def _time(self, squared: FloatArray) -> float:
         return float((self.around * squared**-0.5).sum())
 
-    def _solution(
-        self, b: FloatArray, limits: FloatArray
-    ) -> tuple[FloatArray, FloatArray] | None:
-        """Return ṡ² and s̈ of the fastest law, with tangents at the squared speeds of the law before; None if none."""
+    def _solution(self, b: FloatArray, limits: FloatArray) -> Speeds | None:
+        """Return the speeds of the fastest law, with tangents at the squared speeds of the law before; None if none."""
         from scipy import sparse
         from scipy.optimize import linprog
 
@@ -470,27 +451,28 @@ class JerkProgrammes:
         rows, right = self._rows(b, limits)
         # Relative to the solution before, so that the solver's absolute tolerances mean the same everywhere.
         unit = sparse.diags(np.concatenate([b, b / self.around, b**-0.5]))
-        above = sparse.diags(1.0 / np.abs(right)) @ rows @ unit
-        equal = sparse.diags(1.0 / np.maximum(b, np.roll(b, -1))) @ self.grows @ unit
+        above: Any = sparse.diags(1.0 / np.abs(right)) @ rows @ unit
+        equal: Any = sparse.diags(1.0 / np.maximum(b, np.roll(b, -1)))
+        equal = equal @ self.grows @ unit
         with np.errstate(divide="ignore"):
             fastest = (limits[0] / np.abs(self.grid.derivative(1))) ** 2
-        most = fastest.min(axis=1) / b
         infinite = np.full(n, np.inf)
         low = np.concatenate([np.full(n, _LEAST), -infinite, np.zeros(n)])
-        high = np.concatenate([most, infinite, infinite])
+        high = np.concatenate([fastest.min(axis=1) / b, infinite, infinite])
+        bounds: Any = np.column_stack([low, high])
         time = self.around * b**-0.5
-        programme: dict[str, Any] = {
-            "A_ub": sparse.csr_matrix(above),
-            "b_ub": np.sign(right),
-            "A_eq": sparse.csr_matrix(equal),
-            "b_eq": np.zeros(n),
-            "bounds": np.column_stack([low, high]),
-        }
-        cost = np.concatenate([np.zeros(2 * n), time / time.sum()])
-        found = linprog(cost, **programme, method="highs").x
-        if found is None:
+        solution = linprog(
+            np.concatenate([np.zeros(2 * n), time / time.sum()]),
+            A_ub=above.tocsr(),
+            b_ub=np.sign(right),
+            A_eq=equal.tocsr(),
+            b_eq=np.zeros(n),
+            bounds=bounds,
+            method="highs",
+        ).x
+        if solution is None:
             return None
-        return found[:n] * b, found[n : 2 * n] * b / self.around
+        return solution[:n] * b, solution[n : 2 * n] * b / self.around
 
     def _rows(self, b: FloatArray, limits: FloatArray) -> tuple[Any, FloatArray]:
         """Return the rows of the limits and of the bounds of 1/√b, and their right sides."""

@@ -25,7 +25,6 @@ from gaitgraph.pictured import Pictured
 from gaitgraph.timing.curve import SMALLEST, Curve, Rounding, rounded
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.lifted_gait import (
-    LiftedTimedGait,
     gait_with_law,
     is_lifted,
     path_of,
@@ -33,13 +32,13 @@ from gaitgraph.timing.lifted_gait import (
 from gaitgraph.timing.limited_gait import LimitedGait
 from gaitgraph.timing.limits import Limits, limits_of
 from gaitgraph.timing.node_laws import (
+    Grid,
     JerkProgrammes,
-    NodeLaw,
+    Speeds,
     fastest_speeds,
     grid_along,
     rest_to_rest,
 )
-from gaitgraph.timing.polynomials import peaks_of
 from gaitgraph.timing.timed_gait import checked_clock
 
 if TYPE_CHECKING:
@@ -84,13 +83,13 @@ def origin_of(
     The options are those of :func:`gaitgraph.gait.given.given_gait`.
     """
     given = given_gait(path, vehicle=vehicle, coefficients=coefficients, once=False)
-    gait, made = given.gait, given.motion
-    if not isinstance(made, LimitedGait):
-        return Origin(gait)
-    limits = made.made_for
-    if made.rounding is None:
-        return Origin(made.gait if made.curve is None else gait, None, limits)
-    return Origin(made.rounding.gait, made.stated_rounding, limits)
+    motion = given.motion
+    if not isinstance(motion, LimitedGait):
+        return Origin(given.gait)
+    rounding = motion.rounding
+    if rounding is None:
+        return Origin(motion.gait, None, motion.made_for)
+    return Origin(rounding.gait, rounding.tolerance, motion.made_for)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -306,12 +305,24 @@ class _Bound(NamedTuple):
     reason: str
 
 
+class _Bend(NamedTuple):
+    """A path that bends between corners: its breaks and polynomials, and the breaks at which laws rest."""
+
+    breaks: FloatArray
+    pieces: FloatArray
+    rests: Sequence[int] = ()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Route:
-    """What is run under limits: a smooth curve, or without one the polyline of `gait` with a rest at each corner."""
+    """What is run under limits: the `bend`, or without one the straight segments of `gait` with a rest at each corner.
+
+    The answer states the `curve` or the `rounding` that the bend is of; without these the bend is on the segments.
+    """
 
     gait: Gait
     limits: Limits
+    bend: _Bend | None = None
     curve: Curve | None = None
     rounding: Rounding | None = None
 
@@ -340,30 +351,17 @@ class _Route:
         return self.extent > _STILL
 
     @property
-    def bent_path(self) -> tuple[FloatArray, FloatArray, Sequence[int]] | None:
-        """Breaks, polynomials and corners, at which a law rests, of a path that bends between corners; else None."""
-        if self.curve is not None:
-            return self.curve.breaks, self.curve.pieces, ()
-        if is_lifted(self.gait):
-            path = path_of(self.gait)
-            return path.breaks, path.pieces, path.corners.tolist()
-        return None
-
-    @property
     def lowest_limits(self) -> FloatArray:
         """The limits of these joints, shape (3, 2) or (3, 4)."""
         return self.limits.of_joints(self.joints)
 
     def answer(self, status: str, reason: str = "", **more: Any) -> LeastPeriod:
         """Return an answer for this route."""
-        rounding = self.rounding
-        if rounding is not None and rounding.tolerance == 0:  # not asked for
-            rounding = None
         return LeastPeriod(
             status=status,
             reason=reason,
             limits=self.limits,
-            rounding=rounding,
+            rounding=self.rounding,
             **more,
         )
 
@@ -415,38 +413,33 @@ class _Route:
 
     def standing(self, period: float) -> LimitedGait:
         """Return the law of a point, which stands still for a period [s]."""
-        timed = self._timed(np.array([period]), self.places[None, :1])
+        timed = self.with_law(np.array([period]), self.places[None, :1])
         return replace(timed, law="paced")
 
-    def kept(self, law: NodeLaw) -> LimitedGait:
-        """Return the gait with a law whose time is stretched or shortened until its peaks meet the limits."""
-        tilts = law.tilts()
-        factor = 0.0
-        for order, limit in enumerate(self.lowest_limits, start=1):
-            peak = _peaks_of(law, tilts, order).max(axis=0)
-            counts = np.isfinite(limit) & self.moves
-            for share in peak[counts] / limit[counts]:
-                factor = max(factor, float(share) ** (1.0 / order))
-        widths = law.durations * (factor * (1.0 + _ROUND_OFF))
-        return replace(self._timed(widths, tilts), stretch=factor - 1.0)
+    def kept(self, law: LimitedGait) -> LimitedGait:
+        """Return a law whose time is stretched or shortened until its peaks meet the limits."""
+        (factor,) = self._factors(law, [0])
+        widths = law.widths * (factor * (1.0 + _ROUND_OFF))
+        return replace(self.with_law(widths, law.tilts), stretch=factor - 1.0)
 
-    def kept_by_leg(self, motion: LiftedTimedGait) -> LimitedGait:
-        """Return a motion that rests at its corners, each leg between them stretched until its peaks meet the limits."""
-        widths = np.diff(motion.times)
-        powers = np.arange(5, -1, -1)[:, None]
-        tilts = np.asarray(motion.pieces) * (widths**powers)[..., None]
-        timed = self._timed(widths, tilts)
-        factors = np.zeros(len(widths))
-        for order, limit in enumerate(self.lowest_limits, start=1):
-            shares = timed.peaks_between_knots(order)[:, self.moves] / limit[self.moves]
-            factors = np.maximum(factors, shares.max(axis=1) ** (1.0 / order))
-        corners = path_of(self.gait).corners
-        slowest = np.maximum.reduceat(factors, corners)
-        rows = np.diff([*corners, len(widths)])
-        widths *= np.repeat(slowest, rows) * (1.0 + _ROUND_OFF)
-        return self._timed(widths, tilts)
+    def kept_by_leg(self, law: LimitedGait, legs: Sequence[int]) -> LimitedGait:
+        """Return the same with each leg stretched for itself; `legs` are the first intervals of all legs."""
+        intervals = np.diff([*legs, len(law.widths)])
+        factors = np.repeat(self._factors(law, legs), intervals)
+        return self.with_law(law.widths * (factors * (1.0 + _ROUND_OFF)), law.tilts)
 
-    def _timed(self, widths: FloatArray, tilts: FloatArray) -> LimitedGait:
+    def _factors(self, law: LimitedGait, legs: Sequence[int]) -> list[float]:
+        """Return by how much the time on each leg must be stretched for the peaks of a law to meet the limits."""
+        factors = [0.0] * len(legs)
+        for order, limit in enumerate(self.lowest_limits, start=1):
+            peaks = law.peaks_between_knots(order)[:, self.moves]
+            shares = (peaks / limit[self.moves]).max(axis=1)
+            largest = np.maximum.reduceat(shares, legs).tolist()
+            for leg, share in enumerate(largest):
+                factors[leg] = max(factors[leg], share ** (1.0 / order))
+        return factors
+
+    def with_law(self, widths: FloatArray, tilts: FloatArray) -> LimitedGait:
         """Return the gait with a law given as `tilts` on intervals of time; its table has one interval."""
         return LimitedGait(
             gait=self.gait,
@@ -469,13 +462,6 @@ def _runs(values: FloatArray) -> FloatArray:
     return np.asarray(np.abs(turns - np.roll(turns, 1)))
 
 
-def _peaks_of(law: NodeLaw, tilts: FloatArray, order: int) -> FloatArray:
-    """Return upper bounds of a derivative by time on the intervals of a law, shape (n, 2)."""
-    ones = np.ones(len(law.durations))
-    by_share = peaks_of(tilts, ones, order)
-    return np.asarray(by_share / law.durations[:, None] ** order)
-
-
 def _routes(
     path: GaitLike | Curve, limits: Limits | None, rounding: float | str | None
 ) -> list[_Route]:
@@ -490,33 +476,52 @@ def _routes(
                 "rounding", "must be None for a curve, which has no corners", rounding
             )
         gait = path.polyline()
+        bend = _Bend(path.breaks, path.pieces)
         known = limits or limits_of(gait.vehicle)
-        return [_Route(gait=gait, limits=known, curve=path)]
+        return [_Route(gait=gait, limits=known, bend=bend, curve=path)]
+    tolerance = None
     if rounding is not None:
-        rounding = angle_within(rounding, "rounding", least=SMALLEST)
+        tolerance = angle_within(rounding, "rounding", least=SMALLEST)
     origin = origin_of(path)
     gait = origin.gait
-    tolerance = origin.rounding if rounding is None else rounding
     known = limits or limits_of(gait.vehicle, origin.limits)
-    corners = gait
-    if not is_lifted(gait):
-        corners = replace(gait.merged(), request=gait.request)
-    resting = _Route(gait=corners, limits=known)
-    if gait.vehicle.asymmetry is not None and tolerance is None:
-        return [resting]
-    made = rounded(gait, 1e-3 if tolerance is None else tolerance)
     if tolerance is None:
-        made = replace(made, tolerance=0.0)
+        tolerance = origin.rounding
+    if tolerance is None:
+        return [_resting_or_turning(gait, known)]
+    made = rounded(gait, tolerance)
     smooth = _Route(
         gait=replace(made.curve.polyline(), request=gait.request),
         limits=known,
+        bend=_Bend(made.curve.breaks, made.curve.pieces),
         curve=made.curve,
         rounding=made,
     )
-    # A gait that only turns back on its line is smooth as it is, whatever the tolerance.
-    if made.deviation == 0:
+    if made.deviation == 0:  # it turns back on its line, and never rests
         return [smooth]
-    return [resting] if tolerance is None else [smooth, resting]
+    return [smooth, _resting(gait, known)]
+
+
+def _resting(gait: Gait, limits: Limits) -> _Route:
+    """Return a gait with a rest at each corner."""
+    if is_lifted(gait):
+        path = path_of(gait)
+        bend = _Bend(path.breaks, path.pieces, path.corners.tolist())
+        return _Route(gait=gait, limits=limits, bend=bend)
+    corners = replace(gait.merged(), request=gait.request)
+    return _Route(gait=corners, limits=limits)
+
+
+def _resting_or_turning(gait: Gait, limits: Limits) -> _Route:
+    """Return a gait with a rest at each corner; one that only turns back on its line is smooth as it is."""
+    if gait.vehicle.asymmetry is not None:
+        return _resting(gait, limits)
+    made = rounded(gait, SMALLEST)
+    if made.deviation > 0:
+        return _resting(gait, limits)
+    bend = _Bend(made.curve.breaks, made.curve.pieces)
+    corners = replace(made.gait, request=gait.request)
+    return _Route(gait=corners, limits=limits, bend=bend)
 
 
 # -- The fastest law
@@ -574,58 +579,90 @@ def _fastest(
 ) -> tuple[LimitedGait, str]:
     """Return the gait with the fastest law found, and a note if it was not optimised."""
     under_jerk = route.limits.jerk is not None
-    path = route.bent_path
-    if path is None or (under_jerk and route.curve is None):
-        return _fastest_resting(route)
-    completed = route.limits.completed(route.extent)
-    breaks, pieces, corners = path
-    grid = grid_along(breaks, pieces, nodes, corners)
-    count = len(grid.width)
+    bend = route.bend
+    if bend is None:
+        return _fastest_on_lines(route), ""
+    if under_jerk and bend.rests:
+        return _smooth_on_sheet(route, bend.rests), _ALONG_SHEET
+    grid = grid_along(bend.breaks, bend.pieces, nodes, bend.rests)
     # A joint that stands still keeps any limit.
-    allowed = np.where(route.moves, completed, 1.0)
-    limits = np.repeat(allowed[:, None], count, axis=1)
-    speeds: tuple[FloatArray, FloatArray] | None
-    speeds = fastest_speeds(grid, limits[0], limits[1])
-    tried: list[LimitedGait] = []
-    programmes = None
+    limits = np.where(route.moves, route.limits.completed(route.extent), 1.0)
     if under_jerk:
-        # Either these speeds, slower, or an even one, with the least jerk along the path.
-        even = np.ones(count)
-        for squared, rise in (speeds, (even, 0 * even)):
-            tried.append(route.kept(grid.law(squared, rise)))
-        slow = min(tried, key=lambda timed: timed.period)
-        if count > _MOST_NODES_UNDER_JERK:
-            return slow, _not_optimised(count, len(breaks) - 1)
-        start = even if slow is tried[1] else speeds[0]
-        programmes = JerkProgrammes(grid, progress)
-        speeds = programmes.settled(start / (1 + slow.stretch) ** 2, limits)
+        return _fastest_under_jerk(route, grid, limits, progress)
+
+    def speeds_under(_: FloatArray, lowered: FloatArray) -> Speeds:
+        return fastest_speeds(grid, lowered)
+
+    laws = _corrected(route, grid, limits, np.zeros(len(grid.width)), speeds_under)
+    return min(laws, key=lambda timed: timed.period), ""
+
+
+def _fastest_on_lines(route: _Route) -> LimitedGait:
+    """Return the gait with the fastest law that rests at its corners, between which it is straight."""
+    limits = route.lowest_limits.copy()
+    limits[1] = route.limits.completed(route.extent)[1]
+    return route.kept(route.with_law(*rest_to_rest(route.places, limits)))
+
+
+def _smooth_on_sheet(route: _Route, corners: Sequence[int]) -> LimitedGait:
+    """Return the gait along its curved sheet with the law `smooth` on each leg between corners."""
+    motion: Any = gait_with_law(route.gait, 1.0, "smooth", 1)
+    widths = np.diff(motion.times)
+    powers = np.arange(5, -1, -1)[:, None]
+    tilts = motion.pieces * (widths**powers)[..., None]
+    return route.kept_by_leg(route.with_law(widths, tilts), corners)
+
+
+def _corrected(
+    route: _Route,
+    grid: Grid,
+    limits: FloatArray,
+    squared: FloatArray,
+    speeds_under: Callable[[FloatArray, FloatArray], Speeds | None],
+) -> list[LimitedGait]:
+    """Return the laws with the speeds under limits, and under limits that were lowered where the law before exceeds one.
+
+    `speeds_under` takes ṡ² of the law before and the limits at the nodes. It may find no speeds.
+    """
+    lowered = np.repeat(limits[:, None], len(grid.width), axis=1)
+    laws: list[LimitedGait] = []
     for _ in range(_CORRECTIONS + 1):
+        speeds = speeds_under(squared, lowered)
         if speeds is None:
             break
-        law = grid.law(*speeds)
-        timed = route.kept(law)
-        tried.append(timed)
-        if timed.stretch <= _ENOUGH:
+        law = route.with_law(*grid.law(speeds))
+        laws.append(route.kept(law))
+        if laws[-1].stretch <= _ENOUGH:
             break
-        for order, limit in enumerate(allowed, start=1):
-            excess = np.maximum(_peaks_of(law, law.tilts(), order) / limit, 1.0)
-            limits[order - 1] /= np.maximum(excess, np.roll(excess, 1, axis=0))
-        if programmes is None:
-            speeds = fastest_speeds(grid, limits[0], limits[1])
-        else:
-            speeds = programmes.settled(speeds[0], limits)
-    return min(tried, key=lambda timed: timed.period), ""
+        squared, _ = speeds
+        for order, limit in enumerate(limits, start=1):
+            excess = np.maximum(law.peaks_between_knots(order) / limit, 1.0)
+            lowered[order - 1] /= np.maximum(excess, np.roll(excess, 1, axis=0))
+    return laws
 
 
-def _fastest_resting(route: _Route) -> tuple[LimitedGait, str]:
-    """Return the gait with a law that rests at its corners: the fastest, or along a curved sheet `smooth`, with a note."""
-    motion = gait_with_law(route.gait, 1.0, "smooth", 1)
-    if isinstance(motion, LiftedTimedGait):
-        return route.kept_by_leg(motion), _ALONG_SHEET
-    rate, _, jerk = route.lowest_limits
-    acceleration = route.limits.completed(route.extent)[1]
-    law = rest_to_rest(route.places, rate, acceleration, jerk)
-    return route.kept(law), ""
+def _fastest_under_jerk(
+    route: _Route,
+    grid: Grid,
+    limits: FloatArray,
+    progress: Callable[[str], None] | None,
+) -> tuple[LimitedGait, str]:
+    """Return the gait with the best law of a few linear programmes, and a note if there are too many nodes for them."""
+    # They begin with the speeds without a jerk limit, slower, or with an even one, with the least jerk along the path.
+    count = len(grid.width)
+    at_nodes = np.repeat(limits[:, None], count, axis=1)
+    even = np.ones(count), np.zeros(count)
+    starts = [fastest_speeds(grid, at_nodes), even]
+    laws = [route.kept(route.with_law(*grid.law(speeds))) for speeds in starts]
+    slow = min(laws, key=lambda timed: timed.period)
+    if count > _MOST_NODES_UNDER_JERK:
+        pieces = 0 if route.bend is None else len(route.bend.breaks) - 1
+        return slow, _not_optimised(count, pieces)
+    squared, _ = starts[laws.index(slow)]
+    squared = squared / (1 + slow.stretch) ** 2
+    programmes = JerkProgrammes(grid, progress)
+    laws += _corrected(route, grid, limits, squared, programmes.settled)
+    return min(laws, key=lambda timed: timed.period), ""
 
 
 def _not_optimised(nodes: int, pieces: int) -> str:

@@ -346,11 +346,16 @@ class TimedGait(Pictured):
             if limits is None and kind == "jerk":
                 continue
             peaks = self.peaks(order)
-            joint = int((peaks / scale_of(limits)).argmax())
-            peak, limit, advice = float(peaks[joint]), four_of(limits)[joint], ""
+            # A joint that stands still may have a limit of zero.
+            shares = np.zeros(4)
+            np.divide(peaks, scale_of(limits), out=shares, where=peaks > 0)
+            joint = int(shares.argmax())
+            peak = float(peaks[joint])
+            limit = four_of(limits)[joint]
+            advice = ""
             if math.isinf(peak):
                 advice = f"the law {shown(self.law)} turns corners at full speed: use the law 'smooth'"
-            elif limit is not None:
+            elif limit is not None and peak > limit:
                 needed = self.period * share * (peak / limit) ** (1 / order)
                 advice = f"this law needs a {noun} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
             checks.append(later.limit_check(name, peak, joint + 1, limit, advice))
