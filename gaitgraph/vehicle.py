@@ -541,7 +541,11 @@ def scale_of(limit: Each | None) -> Any:
     """Return by what sizes of four joints are compared: their limits where these differ, shape (4,), else 1."""
     import numpy as np
 
-    return np.array(limit) if isinstance(limit, tuple) else 1.0
+    if not isinstance(limit, tuple):
+        return 1.0
+    return np.maximum(
+        limit, 1e-300
+    )  # a joint that stands still may have a limit of zero
 
 
 def linkage_of(name: str, pairs: object) -> Linkage:

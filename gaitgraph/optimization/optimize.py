@@ -492,9 +492,9 @@ class _TimedCurve(TimedGait):
     curve: Curve
 
     @property
-    def stated_corners(self) -> None:
-        """None: a curve has no corners."""
-        return
+    def made_from(self) -> dict[str, Any]:
+        """Nothing that a table states: a curve has no corners."""
+        return {}
 
     def with_period(self, period: float) -> Self:
         """Return the same curve over another period [s]."""

@@ -42,7 +42,7 @@ from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.lifted_gait import is_lifted, path_of
 from gaitgraph.timing.timed_gait import (
     MOST_SAMPLES,
-    RowTimedGait,
+    ROW_BY_ROW,
     TimedPath,
     checked_clock,
     table_of,
@@ -386,7 +386,8 @@ def _judged(answer: Transition, limited: Gait, floor: float, *ends: _End) -> Tra
         return replace(answer, judged=report)
     reason = report.reason
     broken = {check.name for check in report.checks if not check.ok}
-    of_rows = any(type(end.motion) is RowTimedGait for end in ends)
+    laws = [end.motion.law for end in ends if end.motion is not None]
+    of_rows = ROW_BY_ROW in laws
     if of_rows and broken and broken <= set(RATE_CHECKS):
         reason = f"{reason}; the gait is known by its rows alone, and more of them may be enough"
     return replace(answer, reason=reason, judged=report)

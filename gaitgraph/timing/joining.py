@@ -36,6 +36,7 @@ from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import (
     JOINED,
+    ROW_BY_ROW,
     Motion,
     RowTimedGait,
     TimedGait,
@@ -79,7 +80,7 @@ def played(
     table = given.table
     if table is None or not table.joined_by_cubics:
         return motion
-    if type(motion) is not RowTimedGait:
+    if not isinstance(motion, RowTimedGait) or motion.law != ROW_BY_ROW:
         return motion
     rows = completed_table(table, vehicle=vehicle, coefficients=coefficients)
     rates = np.column_stack([rows[name] for name in RATES])
@@ -123,12 +124,12 @@ class RunUp(Record):
         return read_only(np.vstack([self.gait.alpha, self.gait.alpha[:1]]))
 
     @property
-    def statement(self) -> dict[str, Any] | None:
-        """What it is made from, as plain values; None if that is more than corners, a law and limits."""
+    def statement(self) -> dict[str, Any]:
+        """What it is made from, see :attr:`TimedGait.statement`."""
         stated = self.motion.statement
-        if stated is None:
-            return None
-        return stated | {"periods": self.periods, "stops": self.stops}
+        if stated:
+            stated |= {"periods": self.periods, "stops": self.stops}
+        return stated
 
     def with_gait(self, gait: Gait) -> RunUp:
         """Return the run-up of the same timing of another gait."""
@@ -213,10 +214,12 @@ class Turns(RunUp):
         return "gait"
 
     @property
-    def statement(self) -> dict[str, Any] | None:
-        """What it is made from, as plain values; None if that is more than corners, a law and limits."""
+    def statement(self) -> dict[str, Any]:
+        """What it is made from, see :attr:`TimedGait.statement`."""
         stated = super(Turns, self).statement  # slots make a new class
-        return None if stated is None else stated | {"steady": True}
+        if stated:
+            stated["steady"] = True
+        return stated
 
     @property
     def period(self) -> float:
@@ -385,16 +388,10 @@ class JoinedPath(TimedGait):
         return {kind: list(four_of(limit)) for kind, limit in lowest.items()}
 
     @property
-    def stated_corners(self) -> None:
-        """None: it is made from more than corners."""
-        return
-
-    @property
-    def stated_sections(self) -> list[dict[str, Any]] | None:
-        """What the sections are made from, as plain values; None if that is more than corners, laws and limits."""
-        stated = [section.statement for section in self.sections]
-        known = [statement for statement in stated if statement is not None]
-        return known if len(known) == len(stated) else None
+    def made_from(self) -> dict[str, Any]:
+        """What the sections are made from, as a table states it; empty if that is more than corners, laws and limits."""
+        sections = [section.statement for section in self.sections]
+        return {"sections": sections} if all(sections) else {}
 
     def with_gait(self, gait: Gait) -> Self:
         """Return the same motion for the vehicle and the coefficients of a gait."""
@@ -467,7 +464,7 @@ def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:
 def joined_again(
     parts: Sequence[Mapping[str, Any]], like: Gait, samples: int
 ) -> JoinedPath:
-    """Return the motion that :attr:`JoinedPath.stated_sections` states; `like` has vehicle, coefficients and color.
+    """Return the motion that :attr:`JoinedPath.made_from` states; `like` has vehicle, coefficients and color.
 
     Raises LookupError, TypeError, ValueError or InputError if it states none.
     """

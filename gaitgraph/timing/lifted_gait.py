@@ -8,8 +8,7 @@ derivatives of the sheet. Between rows the motion is the polynomial of degree fi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from gaitgraph.timing.timed_gait import RowTimedGait, TimedGait
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from gaitgraph import later
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.surface.curved import CurvedSheet
@@ -31,26 +29,12 @@ _STRAIGHT = 1e-6  # change of the direction of (α1, α2) that is no corner
 _HALVINGS = 60  # of a share of time, down to rounding
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class LiftedTimedGait(RowTimedGait):
-    """A gait along its curved sheet that rests at its corners alone; `times` are those of its rows."""
-
-    @property
-    def stated_corners(self) -> Any:
-        """The rows, from which law and period give the motion, shape (n, 4) [rad]."""
-        return self.gait.alpha
-
-    def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
-        """Return every check of the chords between rows, and those of the motion's rates."""
-        return TimedGait.check(self, **options)
-
-
 def gait_with_law(gait: Gait, period: float, law: str, samples: int) -> TimedGait:
     """Return a gait with a law over a period; `smooth` runs along its sheet if the rows of the gait follow that."""
     if law != "smooth" or not is_lifted(gait):
         return TimedGait(gait=gait, period=period, law=law, samples=samples)
     times, derivatives = _motion_of(gait, period)
-    return LiftedTimedGait(
+    return RowTimedGait(
         gait=gait,
         period=period,
         law=law,

@@ -80,20 +80,18 @@ class LimitedGait(TimedGait):
     rounding: Rounding | None = None
 
     @property
-    def stated_corners(self) -> FloatArray | None:
-        """The corners from which the law follows, with its limits and rounding, shape (n, 4) [rad]; None for others.
+    def made_from(self) -> dict[str, Any]:
+        """The corners, and their rounding [rad]; see :attr:`TimedGait.made_from`.
 
         A law under a jerk limit along rounded corners takes too long to be found again.
         """
-        if self.rounding is None:
-            return self.gait.alpha if self.curve is None else None
+        if self.curve is None:
+            return super(LimitedGait, self).made_from  # slots make a new class
         under_jerk = bool(np.isfinite(self.limits[2]).any())
-        return None if under_jerk else self.rounding.gait.alpha
-
-    @property
-    def stated_rounding(self) -> float | None:
-        """The rounding of the corners [rad]; None for a polyline."""
-        return None if self.rounding is None else self.rounding.tolerance
+        if self.rounding is None or under_jerk:
+            return {}
+        corners = self.rounding.gait.alpha.tolist()
+        return {"corners": corners, "rounding": self.rounding.tolerance}
 
     def with_gait(self, gait: Gait) -> Self:
         """Return the same law for another vehicle, or other coefficients, of a gait; see :meth:`TimedGait.with_gait`."""

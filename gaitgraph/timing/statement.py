@@ -40,6 +40,7 @@ from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import color_codes
 from gaitgraph.timing.joining import joined_again
 from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.limited_gait import LimitedGait
 from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, TimedPath
 
@@ -263,7 +264,10 @@ def _difference_from_request(table: Table, motion: TimedGait) -> str:
     waypoints = angles_from(request.get("waypoints", []), "waypoints").reshape(-1, 2)
     loop = shapely.LineString(np.vstack([plane, plane[:1]]))
     off = shapely.distance(shapely.points(waypoints), loop)
-    if (off > _MISSED + (motion.stated_rounding or 0.0)).any():
+    allowed = _MISSED
+    if isinstance(motion, LimitedGait) and motion.rounding is not None:
+        allowed += motion.rounding.tolerance
+    if (off > allowed).any():
         number = int(np.argmax(off)) + 1
         return f"the stated motion passes {off.max():.2g} rad from waypoint {number} of the stated request"
     return ""

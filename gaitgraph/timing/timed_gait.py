@@ -133,19 +133,9 @@ class TimedGait(Pictured):
         return {}
 
     @property
-    def stated_corners(self) -> FloatArray | None:
-        """The corners from which law and period give the motion, shape (n, 4) [rad]; None if they do not."""
-        return self.gait.alpha
-
-    @property
-    def stated_rounding(self) -> float | None:
-        """The rounding of the stated corners from which the motion follows [rad]; None for none."""
-        return None
-
-    @property
-    def stated_sections(self) -> list[dict[str, Any]] | None:
-        """What the sections of a joined path are made from, as plain values; None for any other motion."""
-        return None
+    def made_from(self) -> dict[str, Any]:
+        """What law, period and limits give the motion from, as a table states it; empty if it is more than corners."""
+        return {"corners": self.gait.alpha.tolist()}
 
     @property
     def phases(self) -> tuple[tuple[str, float], ...]:
@@ -153,17 +143,14 @@ class TimedGait(Pictured):
         return ()
 
     @property
-    def statement(self) -> dict[str, Any] | None:
-        """What the motion follows from, as plain values; None if that is more than corners, a law and limits."""
-        if self.stated_corners is None:
-            return None
-        stated: dict[str, Any] = {
-            "corners": self.stated_corners.tolist(),
-            "law": self.law,
-            "period": self.period,
-        }
-        if self.stated_rounding is not None:
-            stated["rounding"] = self.stated_rounding
+    def statement(self) -> dict[str, Any]:
+        """What a section of a joined path states, as plain values; empty if it is made from more than corners."""
+        made_from = self.made_from
+        if not made_from:
+            return {}
+        corners = made_from["corners"]
+        stated = {"corners": corners, "law": self.law, "period": self.period}
+        stated |= made_from
         if self.made_for:
             stated["limits"] = self.made_for
         return stated
@@ -346,10 +333,7 @@ class TimedGait(Pictured):
             if limits is None and kind == "jerk":
                 continue
             peaks = self.peaks(order)
-            # A joint that stands still may have a limit of zero.
-            shares = np.zeros(4)
-            np.divide(peaks, scale_of(limits), out=shares, where=peaks > 0)
-            joint = int(shares.argmax())
+            joint = int((peaks / scale_of(limits)).argmax())
             peak = float(peaks[joint])
             limit = four_of(limits)[joint]
             advice = ""
@@ -415,7 +399,8 @@ class RowTimedGait(TimedGait):
     table is not `closed`, its last row not the first again, one more segment leads back. `law_stated` is whether the
     file states the law that its rows sample, as that of ``pace`` does, and their period. With
     `row_derivatives`, the rates [rad/s] and accelerations [rad/s²] at the rows, shape (n + 1, 2, 4), it is a polynomial
-    of degree five between rows instead of straight.
+    of degree five between rows instead of straight. The rows of a gait along a curved sheet follow from its law, which
+    is one of :data:`gaitgraph.timing.laws.LAWS`; the law of other rows is :data:`ROW_BY_ROW`.
     """
 
     times: FloatArray
@@ -424,9 +409,11 @@ class RowTimedGait(TimedGait):
     row_derivatives: FloatArray | None = None
 
     @property
-    def stated_corners(self) -> None:
-        """None: the rows have times of their own."""
-        return
+    def made_from(self) -> dict[str, Any]:
+        """The rows, if law and period give their times; see :attr:`TimedGait.made_from`."""
+        if self.law not in LAWS:
+            return {}
+        return super(RowTimedGait, self).made_from  # slots make a new class
 
     def with_period(self, period: float) -> Self:
         """Return the rows at times in proportion, over another period [s]."""
@@ -475,7 +462,12 @@ class RowTimedGait(TimedGait):
         return np.asarray(peaks_of(pieces, np.diff(self.times), order).max(axis=0))
 
     def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
-        """Return every check of the rows; see :func:`gaitgraph.validation.validating.validate`."""
+        """Return every check of the rows; see :func:`gaitgraph.validation.validating.validate`.
+
+        Where they follow from the law, those of the chords between them, and of the motion's rates.
+        """
+        if self.law in LAWS:
+            return TimedGait.check(self, **options)
         gait = self.gait
         columns: dict[str, Any] = {"t": self.times}
         columns |= dict(
@@ -533,10 +525,12 @@ class TimedPath(TimedGait):
         return read_only(self.gait.alpha[: len(self.gait.alpha) // 2 + 1])
 
     @property
-    def stated_corners(self) -> FloatArray | None:
-        """The corners of the path, both ends included, shape (n, 4) [rad]."""
-        corners = self.loop.stated_corners
-        return None if corners is None else corners[: len(corners) // 2 + 1]
+    def made_from(self) -> dict[str, Any]:
+        """The corners of the path, both ends included; see :attr:`TimedGait.made_from`."""
+        corners = self.loop.made_from.get("corners")
+        if corners is None:
+            return {}
+        return {"corners": corners[: len(corners) // 2 + 1]}
 
     def with_gait(self, gait: Gait) -> Self:
         """Return the same timing of another gait with as many corners, out and back."""
@@ -580,7 +574,7 @@ class TimedPath(TimedGait):
 
     def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the path; options as for :meth:`Gait.check`."""
-        if type(self.loop) is RowTimedGait:
+        if self.law == ROW_BY_ROW:
             return later.validate(table_of(self), **options)
         report = self.gait.check(**options).with_timing(self)
         return replace(report, repeats=False)
@@ -645,20 +639,12 @@ def _refuse_flight(table: Table, file: str | Path | None) -> None:
     )
 
 
-def _corners_of(given: GivenGait) -> Gait:
-    """Return the polyline that a table is timed anew on: that of its motion, else of its rows, straight runs merged."""
-    if given.motion is not None:
-        return given.motion.gait
-    rows = given.rows.gait
-    return replace(rows.merged(), request=rows.request)
-
-
 def _timed_rows(
     given: GivenGait, table: Table, period: float | None, law: LawName | None
 ) -> TimedGait:
     """Return the rows of a table that repeats at their own times; with a new timing, or without times, by a law."""
     rows, times = given.rows
-    corners = _corners_of(given)
+    corners = given.gait
     has_times = times is not None and len(table) > 1
     if times is not None and has_times and period is None and law is None:
         one_color = len(set(corners.colors)) == 1
@@ -693,7 +679,7 @@ def _timed_path(
 ) -> TimedPath:
     """Return the motion of a table that is run once; its rows, straight between them, or with a new timing by a law."""
     rows, times = given.rows
-    corners = _corners_of(given)
+    corners = given.gait
     samples = 2 * (len(table) - 1)
     if times is None and duration is None:
         raise InputError("t must be a column of a path, got none; set a period")
@@ -781,16 +767,12 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     if not by_law and timed.law != JOINED:
         made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
     made["samples"] = timed.samples
-    sections = timed.stated_sections
-    if sections is not None:
-        made["sections"] = sections
+    made_from = timed.made_from
+    is_short = len(made_from.get("corners", ())) <= MOST_CORNERS
+    if gait.color != "mixed" and is_short:
+        made |= made_from
     if timed.phases:
         made["phases"] = [list(phase) for phase in timed.phases]
-    corners = timed.stated_corners
-    if corners is not None and gait.color != "mixed" and len(corners) <= MOST_CORNERS:
-        made["corners"] = corners.tolist()
-        if timed.stated_rounding is not None:
-            made["rounding"] = timed.stated_rounding
     if gait.request:
         # Requests know the built-in laws only.
         timing = {}
