@@ -146,9 +146,9 @@ class TimedGait(Pictured):
     def statement(self) -> dict[str, Any]:
         """What a section of a joined path states, as plain values; empty if it is made from more than corners."""
         made_from = self.made_from
-        if not made_from:
+        corners = made_from.get("corners")
+        if corners is None:
             return {}
-        corners = made_from["corners"]
         stated = {"corners": corners, "law": self.law, "period": self.period}
         stated |= made_from
         if self.made_for:
