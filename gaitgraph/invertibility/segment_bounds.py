@@ -445,17 +445,23 @@ class SingularValue:
 
     def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return the least singular values, infinite where above the least one, and lower bounds of them."""
-        sines = points.sines
+        below, near = self.up_to(points.sines, least[0])
+        values = np.full(len(below), np.inf)
+        values[near] = below[near]
+        return np.array([values, below])
+
+    def up_to(
+        self, sines: Sines, most: FloatArray
+    ) -> tuple[FloatArray, npt.NDArray[np.intp]]:
+        """Return lower bounds at points, shape (k,), and the numbers of those that are the values: of all up to `most`."""
         matrix = self.level.matrix(sines)
         determinant = self.size * np.abs(self.level.direction.at(sines)[2])
         squares = np.einsum("kij,kij->k", matrix, matrix)
         below = determinant * (3.0 / squares) ** 1.5
         below = np.maximum((1 - 1e-12) * below - _ROUNDED, 0.0)
-        near = np.flatnonzero(below <= least[0])
+        near = np.flatnonzero(below <= most)
         below[near] = np.linalg.svd(matrix[near], compute_uv=False)[:, -1]
-        values = np.full(len(below), np.inf)
-        values[near] = below[near]
-        return np.array([values, below])
+        return below, near
 
     def bounds(
         self, first: FloatArray, last: FloatArray, p0: FloatArray, p1: FloatArray
