@@ -24,6 +24,7 @@ from gaitgraph.timing.servo_lag import servo_response
 from gaitgraph.timing.time_optimal import least_period
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.vehicle import PAPER, linked, vehicle_from_mapping, vehicle_named
+from tests.samples import cases
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,34 +70,34 @@ def test_four_that_are_equal_are_one(stated: dict[str, Any]) -> None:
     assert repr(PAPER.replace(**four)) == repr(PAPER.replace(**stated))
 
 
-BAD: list[tuple[dict[str, Any], str]] = [
-    ({"max_tilt": [1, 1, 1]}, "max_tilt must be one for all arms or four"),
-    ({"servo_lag": []}, "servo_lag must be one for all arms or four"),
-    ({"max_tilt_rate": [1, 2, 3, "x"]}, "max_tilt_rate must be a finite number"),
-    ({"max_tilt_rate": [1, 2, 3, -4]}, "max_tilt_rate must be a positive finite"),
-    ({"max_tilt": [1, 1, 1, -1]}, "max_tilt must be a positive finite number"),
-    ({"max_tilt": 1, "min_tilt": [-1, 60, 0, 0]}, "min_tilt must be within ±π rad"),
-    ({"min_tilt": -1}, "max_tilt must be stated"),
-    ({"max_tilt": 1, "min_tilt": [0, 0, 1.5, 0]}, "min_tilt must be below max_tilt"),
-    ({"max_tilt": 1, "linkage": [[0, 1.1], [1, 2]]}, "got 1.1 to 1 rad for arm 1"),
-    ({"linkage": [[0, 0]]}, "linkage must be two or more pairs"),
-    ({"linkage": 3}, "linkage must be two or more pairs"),
-    ({"linkage": [[0, 0, 0], [1, 1, 1]]}, "linkage must be two or more pairs"),
-    ({"linkage": [CURVE, CURVE, CURVE, [[0, 0]]]}, "linkage must be two or more pairs"),
-    ({"linkage": [[0, 0], [1, math.inf]]}, "linkage must be finite angles"),
-    ({"linkage": {}}, "linkage must be finite numbers"),
-    ({"linkage": [[0], [1, 2]]}, "linkage must be finite numbers"),
-    ({"linkage": [[0, 0], [1, "one"]]}, "linkage must be finite numbers"),
-    ({"linkage": [[0, 0], [1, 1], [2, 0.5]]}, "linkage must be monotone"),
-    ({"linkage": [[0, 0], [1, 1], [1, 2]]}, "linkage must be monotone"),
-    ({"linkage": [CURVE] * 3}, "linkage must be one for all arms or four"),
-]
-
-
-@pytest.mark.parametrize(("stated", "message"), BAD)
-def test_what_is_refused_in_one_line(stated: dict[str, Any], message: str) -> None:
+@pytest.mark.parametrize(
+    ("stated", "message"),
+    cases("""
+max_tilt=[1, 1, 1] | max_tilt must be one for all arms or four
+servo_lag=[] | servo_lag must be one for all arms or four
+max_tilt_rate=[1, 2, 3, "x"] | max_tilt_rate must be a finite number
+max_tilt_rate=[1, 2, 3, -4] | max_tilt_rate must be a positive finite
+max_tilt=[1, 1, 1, -1] | max_tilt must be a positive finite number
+max_tilt=1, min_tilt=[-1, 60, 0, 0] | min_tilt must be within ±π rad
+min_tilt=-1 | max_tilt must be stated
+max_tilt=1, min_tilt=[0, 0, 1.5, 0] | min_tilt must be below max_tilt
+max_tilt=1, linkage=[[0, 1.1], [1, 2]] | got 1.1 to 1 rad for arm 1
+linkage=[[0, 0]] | linkage must be two or more pairs
+linkage=3 | linkage must be two or more pairs
+linkage=[[0, 0, 0], [1, 1, 1]] | linkage must be two or more pairs
+linkage=[CURVE, CURVE, CURVE, [[0, 0]]] | linkage must be two or more pairs
+linkage=[[0, 0], [1, math.inf]] | linkage must be finite angles
+linkage={} | linkage must be finite numbers
+linkage=[[0], [1, 2]] | linkage must be finite numbers
+linkage=[[0, 0], [1, "one"]] | linkage must be finite numbers
+linkage=[[0, 0], [1, 1], [2, 0.5]] | linkage must be monotone
+linkage=[[0, 0], [1, 1], [1, 2]] | linkage must be monotone
+linkage=[CURVE] * 3 | linkage must be one for all arms or four
+"""),
+)
+def test_what_is_refused_in_one_line(stated: str, message: str) -> None:
     with pytest.raises(gg.errors.InputError) as caught:
-        PAPER.replace(**stated)
+        PAPER.replace(**eval(f"dict({stated})"))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -120,7 +121,7 @@ def test_ranges_without_hover_are_a_warning(run: Any, tmp_path: Path) -> None:
 
 def test_the_region_is_where_single_points_pass_the_check() -> None:
     region = admissible_region(MINE)
-    points = np.random.default_rng(3).uniform(-1.4, 1.4, (150, 2))
+    points = np.random.default_rng(3).uniform(-1.4, 1.4, (60, 2))
     alpha = np.hstack([points, points])
     low, high = np.array(MINE.tilt_range).T
     in_range = ((low <= alpha) & (alpha <= high)).all(axis=1)
@@ -138,27 +139,19 @@ def test_the_region_is_where_single_points_pass_the_check() -> None:
 
 @pytest.mark.parametrize(
     ("name", "change", "words"),
-    [
-        (
-            "tilt_range",
-            {"min_tilt": [-0.75, -0.9, -1.3, -0.7]},
-            "tilt -45.84° of arm 1",
-        ),
-        ("tilt_range", {"max_tilt": [0.9, 1.1, 0.6, 0.5]}, "tilt 45.84° of arm 4"),
-        ("tilt_rate", {"max_tilt_rate": [9, 8, 0.5, 6.5]}, "(α3), limit 0.5"),
-        (
-            "tilt_acceleration",
-            {"max_tilt_acceleration": [90, 80, 70, 0.5]},
-            "(α4), limit",
-        ),
-    ],
+    cases("""
+tilt_range | min_tilt=[-0.75, -0.9, -1.3, -0.7] | tilt -45.84° of arm 1
+tilt_range | max_tilt=[0.9, 1.1, 0.6, 0.5] | tilt 45.84° of arm 4
+tilt_rate | max_tilt_rate=[9, 8, 0.5, 6.5] | (α3), limit 0.5
+tilt_acceleration | max_tilt_acceleration=[90, 80, 70, 0.5] | (α4), limit
+"""),
 )
 def test_a_limit_of_one_arm_is_judged_by_itself(
-    name: str, change: dict[str, Any], words: str
+    name: str, change: str, words: str
 ) -> None:
     timed = gg.plan_loop(CORNERS, vehicle=MINE, period=2.0).timed()
     assert gg.validate(table_of(timed)).flyable
-    less = MINE.replace(**change)
+    less = MINE.replace(**eval(f"dict({change})"))
     of_gait = replace(timed, gait=replace(timed.gait, vehicle=less)).check()
     for report in (of_gait, gg.validate(table_of(timed), vehicle=less)):
         assert [check.name for check in report.checks if not check.ok] == [name]
@@ -203,14 +196,13 @@ def test_a_linkage_is_linear_between_its_points_in_both_directions() -> None:
         np.testing.assert_allclose(tilts, np.interp(wanted, servo, tilt), atol=1e-15)
         back, inverse = linked(linkage, tilts, to_servo=True)
         np.testing.assert_allclose(back, wanted, atol=1e-14)
-        inner = np.abs(wanted[:, None] - servo).min(axis=1) > 1e-9
+        inner = np.abs(wanted[:, None] - servo).min(axis=1) > 1e-6
         np.testing.assert_allclose((slope * inverse)[inner], 1.0, rtol=1e-12)
-        change = np.interp(wanted + 1e-7, servo, tilt) - np.interp(wanted, servo, tilt)
-        away = np.abs(wanted[:, None] - servo).min(axis=1) > 1e-6
-        np.testing.assert_allclose(slope[away], change[away] / 1e-7, rtol=1e-6)
+        change = np.interp(wanted + 1e-7, servo, tilt) - tilts
+        np.testing.assert_allclose(slope[inner], change[inner] / 1e-7, rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["one.csv", "one.json", "one.npz", "one.mcap"])
+@pytest.mark.parametrize("name", ["one.csv", "one.npz", "one.mcap"])
 @pytest.mark.parametrize(
     "unit", [{}, {"unit": "deg"}, {"unit": "us", "us_per_rad": 300}]
 )
@@ -222,21 +214,18 @@ def test_servo_angles_are_written_and_read_back(
     gait = gg.lift(CORNERS, "red", vehicle=CURVED)
     table = table_of(gait.parametrize(2.0, samples=50))
     write_tables(table, [tmp_path / name], servos=servos)
-    is_pulse = "us_per_rad" in unit  # pulses are rounded to 0.1 µs
+    half = 0.05 if "us_per_rad" in unit else 0.0  # pulses are rounded to 0.1 µs
     written = mapped_table(table, servos).columns
     joints = zip(CURVED.linkages, servos.joints, table.alpha.T, strict=True)
     for linkage, joint, alpha in joints:
         servo, tilt = points_of(linkage)
         expected = joint.value_of(np.interp(alpha, tilt, servo))
-        half = 0.05 * is_pulse + 1e-12
-        np.testing.assert_allclose(
-            written[joint.column], expected, rtol=1e-12, atol=half
-        )
+        assert written[joint.column] == pytest.approx(expected, abs=half + 1e-12)
     again = read_table(tmp_path / name)
     off = np.abs(again.alpha - table.alpha).max()
     assert off <= again.rounding + 1e-12 < 3e-4
-    assert (again.rounding > 0) == (is_pulse and name != "one.mcap")
-    if not is_pulse:
+    assert (again.rounding > 0) == (half > 0 and name != "one.mcap")
+    if not half:
         rates = "alpha2_rate"
         np.testing.assert_allclose(again[rates], table[rates], rtol=1e-9, atol=1e-9)
     report = gg.validate(tmp_path / name)
