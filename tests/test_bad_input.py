@@ -277,6 +277,7 @@ attitudes={"roll": 3.15} | roll
 attitudes={"pitch": 1.6} | pitch
 flight={"durations": 1} | did you mean 'duration'
 sample={"seed": 3} | sample.kind
+sample={"kind": "sobol", "count": 2} | sample.kind
 sample={"count": 2, "seed": -1} | sample.seed
 anyway="yes" | anyway
 periods={**SWEEP, "count": 90000}, biases=SHARES | got 9000000

@@ -27,7 +27,7 @@ from starlette.exceptions import HTTPException
 
 import gaitgraph as gg
 from gaitgraph.certificates import verify
-from gaitgraph.explorer import map_query, queries, server, table_query
+from gaitgraph.explorer import map_query, queries, server
 from gaitgraph.explorer.map_query import map_answer
 from gaitgraph.explorer.queries import diagram_answer, plan_answer
 from gaitgraph.explorer.server import HEADERS, application, setup_answer
@@ -40,7 +40,7 @@ from gaitgraph.surface.curved_region import sheet_region
 from gaitgraph.surface.sheets import SIGNS
 from gaitgraph.vehicle import vehicle_named
 from tests.published import GAITS
-from tests.samples import LEANING, ODD
+from tests.samples import LEANING, ODD, cases
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -53,6 +53,7 @@ PLAN = f"/{TOKEN}/api/plan"
 DELTA = 2 * coefficients_of().delta  # between the sheets
 REFUSED = {"waypoints": [[0.5, 0.5]], "color": "red", "sign": "negative"}
 HEAD = b"alpha1,alpha2,alpha3,alpha4\n"
+AXIS = np.linspace(-math.pi / 2, math.pi / 2, 129)
 matrices = gg.invertibility
 
 
@@ -91,9 +92,9 @@ class Client:
             "headers": [(key.encode(), stated[key].encode()) for key in stated],
         }
         await self.app(scope, receive, send)
-        found = {key.decode(): value.decode() for key, value in sent[0]["headers"]}
+        answered = {key.decode(): value.decode() for key, value in sent[0]["headers"]}
         content = b"".join(message.get("body", b"") for message in sent[1:])
-        return sent[0]["status"], found, content
+        return sent[0]["status"], answered, content
 
     def post(
         self, name: str, *pieces: Any, **headers: str
@@ -101,13 +102,14 @@ class Client:
         """Return status, headers and content of the answer to a query, whose body comes in pieces."""
         stated = {"content-type": JSON} | headers
         request = self.sent("POST", f"/{TOKEN}/api/{name}", stated, pieces)
-        return asyncio.run(asyncio.wait_for(request, 60))
+        status, answered, content = asyncio.run(asyncio.wait_for(request, 60))
+        assert answered.items() >= HEADERS.items()
+        return status, answered, content
 
     def ask(self, body: bytes, *pieces: Any) -> tuple[int, str]:
         """Return the status of a query for a plan, and the line that refuses it."""
-        status, answered, content = self.post("plan", {"body": body}, *pieces)
+        status, _, content = self.post("plan", {"body": body}, *pieces)
         message = json.loads(content).get("error", "")
-        assert answered.items() >= HEADERS.items()
         assert re.fullmatch(r"(?!.*Traceback)[^\n]*", message)
         return status, message
 
@@ -155,63 +157,28 @@ def test_a_plan_is_what_plan_loop_returns(number: int) -> None:
     assert view["clockwise"] == [True, False, True, False]
 
 
-@pytest.mark.parametrize("vehicle", [ODD, LEANING])
-def test_a_vehicle_that_is_not_symmetric_is_planned_and_drawn(
-    vehicle: gg.Vehicle,
-) -> None:
+def test_a_vehicle_that_is_not_symmetric_is_planned_drawn_and_kept_in_files() -> None:
     corners = [[-0.8, 0.8], [-0.8, 0.7], [-0.9, 0.8]]
-    state = {"vehicle": vehicle.as_mapping(), "waypoints": corners}
+    state = {"vehicle": LEANING.as_mapping(), "waypoints": corners}
     answer = plan_answer(state)
     assert json.dumps(answer, allow_nan=False)
     assert (answer["status"], answer["flyable"]) == ("planned", True)
     assert (answer["types"], answer["colors"]) == ([], [])
     series = np.array(answer["series"]["alpha"])
-    third, fourth = sheet_of(rotors_of(vehicle)).angles(*series[:2]).T
-    assert series[2:] == pytest.approx(np.array([third, fourth]), abs=2e-6)
-    tilt_axes, thrust_axes = vehicle.axes
+    others = sheet_of(rotors_of(LEANING)).angles(*series[:2])
+    assert series[2:] == pytest.approx(others.T, abs=2e-6)
+    tilt_axes, thrust_axes = LEANING.axes
     frames = np.array(answer["vehicle_view"]["frames"])
     assert frames[:, :, 0] == pytest.approx(tilt_axes, abs=1e-6)
     assert frames[:, :, 2] == pytest.approx(thrust_axes, abs=1e-6)
     assert np.linalg.det(frames) == pytest.approx(1, abs=1e-5)
     assert diagram_answer(state)["biased"]["verdict"]
-    assert plan_answer(state | {"waypoints": []})["status"] == "empty"
-    refused = plan_answer(state | {"color": "blue"})
-    assert (refused["status"], refused["flyable"]) == ("infeasible", False)
+    assert plan_answer(state | {"color": "blue"})["status"] == "infeasible"
 
     content = file_answer({"state": state, "suffix": ".csv"})[1]
     table = table_answer("own.csv", content)
     assert (table["flyable"], table["types"]) == (True, [])
-    kept = plan_answer(table["request"])
-    assert kept["corners"] == answer["corners"]
-    assert json.loads(file_answer({"state": state, "suffix": ".cert.json"})[1])
-
-
-def test_the_map_of_a_curved_sheet_has_one_region_and_no_types() -> None:
-    question = {"vehicle": ODD.as_mapping(), "shading": "R"}
-    answer = map_answer(question)
-    (region,) = answer["regions"]
-    drawn = sum(shapely.Polygon(ring).area for ring in region["polygons"])
-    proven = [sheet_region(ODD, sign=sign).area for sign in SIGNS]
-    assert drawn == pytest.approx(sum(proven), rel=1e-3)
-    assert answer["curved"]
-    assert "curved: it has no colors and no plane types" in answer["note"]
-    assert set(answer["types"]["codes"]) == {None}
-    assert map_answer({**question, "sheet": "blue"}) == answer
-    alpha = np.array([-math.pi / 2 + math.pi * np.array([30, 90]) / 128])
-    others = sheet_of(rotors_of(ODD)).angles(alpha[:, 0], alpha[:, 1])
-    R = matrices.level_determinant(np.hstack([alpha, others]), vehicle=ODD)
-    assert answer["values"][90 * 129 + 30] == pytest.approx(float(R[0]), rel=1e-4)
-
-
-def test_a_page_may_begin_with_another_vehicle() -> None:
-    setup = setup_answer(LEANING)
-    own = setup["presets"][-1]
-    assert (own["name"], own["vehicle"]) == ("leaning", LEANING.as_mapping())
-    assert setup["defaults"]["vehicle"] == own["vehicle"]
-    preset = setup_answer(vehicle_named("beetle_omni"))
-    assert preset["defaults"]["vehicle"] == "beetle_omni"
-    assert len(preset["presets"]) == len(setup["presets"]) - 1
-    assert state_of(setup["defaults"]).request.vehicle == LEANING
+    assert plan_answer(table["request"])["corners"] == answer["corners"]
 
 
 @pytest.mark.parametrize("number", [1, 3])
@@ -221,22 +188,19 @@ def test_the_series_is_the_table_of_the_plan(number: int) -> None:
     series = plan_answer(state | {"samples": 40})["series"]
     timed = gg.plan_loop(**state).timed(samples=40)
     alpha = timed.alpha
+    least = matrices.least_singular_value(alpha)
+    shares = matrices.hover_thrust_shares(alpha).T
     assert series["t"] == pytest.approx(timed.t)
     assert series["alpha"] == pytest.approx(alpha.T, abs=1e-6)
     assert series["rates"] == pytest.approx(timed.rates.T, abs=1e-6)
     assert series["R"] == pytest.approx(timed.columns["R"], abs=1e-10)
-    least = matrices.least_singular_value(alpha)
     assert series["least_singular_value"] == pytest.approx(least, abs=1e-9)
     if number == 1:
         assert series["hover_thrusts"] == [[None] * 41] * 4
     else:
-        shares = matrices.hover_thrust_shares(alpha).T
         assert series["hover_thrusts"] == pytest.approx(shares, abs=1e-5)
-
-
-def test_a_long_series_is_as_fine_as_a_chart() -> None:
-    series = plan_answer(of_gait(3, samples=1000))["series"]
-    assert series["t"] == pytest.approx(np.linspace(0, 1, 401))
+    long = plan_answer(state | {"samples": 1000})["series"]
+    assert long["t"] == pytest.approx(np.linspace(0, 2, 401))  # as fine as a chart
 
 
 def test_an_empty_and_an_infeasible_state_have_every_name() -> None:
@@ -266,11 +230,10 @@ def test_without_a_gait_the_vehicle_stands_as_at_the_first_waypoint(
 ) -> None:
     state = {"waypoints": waypoints, "color": color, "sign": "negative"}
     posture = plan_answer(state)["posture"]
-    shares: Any = [None] * 4
-    if color != "blue":
-        shares = pytest.approx(matrices.hover_thrust_shares(alpha), abs=1e-5)
     assert posture["alpha"] == pytest.approx(alpha, abs=1e-4)
-    assert posture["shares"] == shares
+    shares = matrices.hover_thrust_shares(alpha)
+    expected = [None] * 4 if color == "blue" else pytest.approx(shares, abs=1e-5)
+    assert posture["shares"] == expected
 
 
 def test_the_diagram_is_the_robustness_of_the_plan() -> None:
@@ -296,13 +259,31 @@ def test_the_shading_is_of_the_red_sheet_with_rows_of_constant_alpha2() -> None:
         "R": lambda alpha: matrices.level_determinant(alpha, coefficients_of()),
         "least_singular_value": matrices.least_singular_value,
     }
-    axis = np.linspace(-math.pi / 2, math.pi / 2, 129)
-    a1, a2 = np.meshgrid(axis, axis)
+    a1, a2 = np.meshgrid(AXIS, AXIS)
     alpha = np.stack([a1, a2, a1, a2], axis=-1).reshape(-1, 4)
     for shading, function in functions.items():
         answer = map_answer({"shading": shading})
         assert answer["values"] == pytest.approx(function(alpha), rel=1e-4, abs=1e-12)
         assert (answer["n"], answer["note"]) == (129, None)
+
+
+def area_of(rings: Any) -> float:
+    return sum(shapely.Polygon(ring).area for ring in rings)
+
+
+def test_the_map_of_a_curved_sheet_has_one_region_and_no_types() -> None:
+    question = {"vehicle": ODD.as_mapping(), "shading": "R"}
+    answer = map_answer(question)
+    (region,) = answer["regions"]
+    proven = sum(sheet_region(ODD, sign=sign).area for sign in SIGNS)
+    assert area_of(region["polygons"]) == pytest.approx(proven, rel=1e-3)
+    assert answer["curved"]
+    assert "curved: it has no colors and no plane types" in answer["note"]
+    assert set(answer["types"]["codes"]) == {None}
+    assert map_answer({**question, "sheet": "blue"}) == answer
+    others = sheet_of(rotors_of(ODD)).angles(AXIS[[30]], AXIS[[90]])
+    R = matrices.level_determinant([AXIS[30], AXIS[90], *others[0]], vehicle=ODD)
+    assert answer["values"][90 * 129 + 30] == pytest.approx(float(R), rel=1e-4)
 
 
 @pytest.mark.parametrize("vehicle", ["paper", "beetle_omni"])
@@ -317,8 +298,7 @@ def test_regions_are_those_of_the_package(vehicle: str) -> None:
     }
     assert rings.keys() == expected.keys()
     for name, region in expected.items():
-        drawn = shapely.MultiPolygon([shapely.Polygon(ring) for ring in rings[name]])
-        assert drawn.area == pytest.approx(region.area, rel=5e-3)
+        assert area_of(rings[name]) == pytest.approx(region.area, rel=5e-3)
     assert answer.get("raised", False) == (vehicle == "beetle_omni")
 
 
@@ -335,15 +315,15 @@ def test_a_region_that_needs_a_missing_constant_is_named(
 
 def test_blue_has_the_types_of_the_graph_and_no_shading() -> None:
     answer = map_answer({"sheet": "blue", "shading": "R"})
+    assert answer["types"]["n"] == 17
     codes = np.reshape(answer["types"]["codes"], (17, 17))
-    graph = gg.surface_graph("negative")
-    count = 0
-    for node, data in graph.nodes(data=True):
+    compared = 0
+    for node, data in gg.surface_graph("negative").nodes(data=True):
         i, j = int(node[:3]), int(node[4:7])
         if data["color"] == "blue" and 0 < min(i, j) and max(i, j) < 16:
-            count += 1
+            compared += 1
             assert codes[j, i] == data["types"]
-    assert count > 50
+    assert compared > 50
     assert answer["values"] is None
     assert "rounding" in answer["note"]
     exact = map_answer({"sheet": "blue", "coefficients": "exact"})
@@ -353,7 +333,7 @@ def test_blue_has_the_types_of_the_graph_and_no_shading() -> None:
 # Tables and files
 
 
-def table_of_state(suffix: str = ".json", **others: Any) -> bytes:
+def table_of_state(suffix: str, **others: Any) -> bytes:
     state = of_gait(3, samples=40, **others)
     return file_answer({"state": state, "suffix": suffix})[1]
 
@@ -386,64 +366,58 @@ def test_between_rows_without_times_the_motion_is_straight() -> None:
     series = table_answer("corners.csv", HEAD + b"\n".join(lines))["series"]
     rows = np.array(series["rows"])
     closed = np.vstack([corners, corners[:1]])
-    places = [np.interp(rows, range(1, 6), column) for column in closed.T]
-    least = matrices.least_singular_value(np.transpose(places))
+    places = np.array([np.interp(rows, range(1, 6), column) for column in closed.T])
     assert (rows[0], rows[-1], len(rows)) == (1, 5, 401)
-    assert series["alpha"] == pytest.approx(np.array(places), abs=1e-6)
-    assert series["least_singular_value"] == pytest.approx(least, abs=1e-6)
+    assert series["alpha"] == pytest.approx(places, abs=1e-6)
 
 
-def test_corners_whose_attitudes_are_drawn_are_bounded(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    rows = HEAD + b"1.1,-1.1,1.1,-1.1\n" * 10
-    for most in (0, 1):
-        monkeypatch.setattr(table_query, "_MOST_CORNERS", most)
-        diagram = table_answer("x.csv", rows)["diagram"]
-        assert (diagram["own"] is None) == (most == 0)
+def test_of_a_path_only_the_way_out_is_shown() -> None:
+    moved = gg.transition("hover", gg.lift([(-0.4, 0.4)], "red"))
+    content = BytesIO()
+    moved.write(content, format="csv")
+    series = table_answer("path.csv", content.getvalue())["series"]
+    assert series["t"][-1] == pytest.approx(moved.table["t"][-1])
+    last = [column[-1] for column in series["alpha"]]
+    assert last == pytest.approx([-0.4, 0.4] * 2, abs=1e-6)
 
 
 def test_the_request_of_a_downloaded_file_comes_back_as_a_state() -> None:
-    bar = [[1, 1], [1.2, 1], [1, 1.2]]
-    others: dict[str, Any] = {
-        "drag_ratio": 0.25,
-        "law": "equal-time",
-        "keep_out": [bar],
-    }
-    found = table_answer("x.json", table_of_state(**others))["request"]
+    others: dict[str, Any] = {"drag_ratio": 0.25, "law": "equal-time"}
+    others["keep_out"] = [[[1, 1], [1.2, 1], [1, 1.2]]]
+    request = table_answer("x.json", table_of_state(".json", **others))["request"]
     state = of_gait(3, samples=40, coefficients="exact", **others)
-    assert DEFAULTS | found == DEFAULTS | state
+    assert DEFAULTS | request == DEFAULTS | state
 
 
 @pytest.mark.parametrize(
     ("request_of_file", "shown"),
-    [
-        ({"law": "equal-time"}, {"law": "equal-time"}),
-        ({"accuracy": 1e-9}, {"accuracy": 1e-5}),
-        ({"method": "exact", "divisions": 256}, {"method": "exact"}),
-        ({"method": "grid", "divisions": 256}, None),
-        ({"floor": 0.2}, None),
-        ({"vehicle": {"drag_ratio": 0}}, None),
-        ({"vehicle": "/etc/vehicle.toml"}, None),
-    ],
+    cases("""
+"law": "equal-time" | "law": "equal-time"
+"accuracy": 1e-9 | "accuracy": 1e-5
+"method": "exact", "divisions": 256 | "method": "exact"
+"method": "grid", "divisions": 256 | nothing
+"floor": 0.2 | nothing
+"vehicle": "/etc/vehicle.toml" | nothing
+"""),
 )
 def test_a_request_that_the_page_cannot_show_is_left_out(
-    request_of_file: Any, shown: Any
+    request_of_file: str, shown: str
 ) -> None:
-    request = {"waypoints": [[1.0, -1.0]]} | request_of_file
-    found = table_answer("x.json", json_table(request=request))["request"]
-    if shown is not None:
-        shown |= {"waypoints": [[1.0, -1.0]], "vehicle": "paper", "drag_ratio": None}
-    assert found == shown
+    stated = '{"waypoints": [[1.0, -1.0]], '
+    request = json.loads(f"{stated}{request_of_file}}}")
+    answered = table_answer("x.json", json_table(request=request))["request"]
+    if shown == "nothing":
+        assert answered is None
+    else:
+        vehicle = {"vehicle": "paper", "drag_ratio": None}
+        assert answered == json.loads(f"{stated}{shown}}}") | vehicle
 
 
 @pytest.mark.parametrize(
     ("name", "content", "part"),
     [
-        ("gait.txt", b"alpha1\n", "suffix"),
         ("x.mcap", b"", "folder"),
         ("x.csv", b"\xff\xfe\x00", "UTF-8"),
-        ("x.json", b"[" * 50_000, "nested"),
         ("x.json", json_table(vehicle="/etc/vehicle.toml"), "must be a preset"),
     ],
 )
@@ -512,6 +486,16 @@ def test_setup_lists_what_the_page_offers() -> None:
             state_of({name: end, "method": "grid", "view": {"anything": ["goes"]}})
 
 
+def test_a_page_may_begin_with_another_vehicle() -> None:
+    setup = setup_answer(LEANING)
+    own = setup["presets"][-1]
+    assert (own["name"], own["vehicle"]) == ("leaning", LEANING.as_mapping())
+    assert state_of(setup["defaults"]).request.vehicle == LEANING
+    preset = setup_answer(vehicle_named("beetle_omni"))
+    assert preset["defaults"]["vehicle"] == "beetle_omni"
+    assert len(preset["presets"]) == len(setup["presets"]) - 1
+
+
 def test_the_page_its_files_and_their_licences(client: Client) -> None:
     status, headers, content = client.get(f"/{TOKEN}/")
     assert status == 200
@@ -542,24 +526,18 @@ def test_the_page_its_files_and_their_licences(client: Client) -> None:
 def test_a_request_from_elsewhere_is_refused(
     client: Client, headers: dict[str, str], status: int
 ) -> None:
-    found, answered, _ = client.post("plan", {"body": b"{}"}, **headers)
-    assert found == status
-    assert answered.items() >= HEADERS.items()
-    assert "access-control-allow-origin" not in answered
+    answered = client.post("plan", {"body": b"{}"}, **headers)
+    assert answered[0] == status
+    assert "access-control-allow-origin" not in answered[1]
 
 
 @pytest.mark.parametrize(
     "path",
-    [
-        "/",
-        f"/{TOKEN}",
-        f"/{TOKEN[:-1]}/",
-        f"/{TOKEN}/page/%2e%2e/server.py",
-        f"/{TOKEN}/api/plan/",
-    ],
+    ["", "TOKEN", "TOKE/", "TOKEN/page/%2e%2e/server.py", "TOKEN/api/plan/"],
 )
 def test_there_is_nothing_else(client: Client, path: str) -> None:
-    assert client.get(path)[0] == 404
+    path = path.replace("TOKEN", TOKEN).replace("TOKE/", f"{TOKEN[:-1]}/")
+    assert client.get(f"/{path}")[0] == 404
 
 
 def test_a_body_that_is_too_large_is_given_up(client: Client) -> None:
@@ -570,12 +548,7 @@ def test_a_body_that_is_too_large_is_given_up(client: Client) -> None:
 
 
 @pytest.mark.parametrize(
-    ("body", "part"),
-    [
-        (b"{", "not JSON"),
-        (b"null", "a table of values"),
-        (b"[" * 100_000, "nested"),
-    ],
+    ("body", "part"), [(b"{", "not JSON"), (b"null", "a table of values")]
 )
 def test_a_body_that_is_no_state_is_refused(
     client: Client, body: bytes, part: str
@@ -585,32 +558,27 @@ def test_a_body_that_is_no_state_is_refused(
     assert part in message
 
 
-TRIANGLE = [[0, 0], [0.1, 0], [0, 0.1]]
-
-
 @pytest.mark.parametrize(
     ("name", "value"),
-    [
-        ("sheet", "green"),
-        ("shading", 3),
-        ("waypoints", [[0.1, 0.2]] * 65),
-        ("color", "green"),
-        ("keep_out", [[[0, 0]] * 65]),
-        ("keep_out", [TRIANGLE] * 33),
-        ("keep_in", [1]),
-        ("period", None),
-        ("vehicle", "/etc/vehicle.toml"),
-        ("drag_ratio", 0.019),
-        ("accuracy", 0.9e-5),
-        ("samples", 1.5),
-        ("eta", 1.1),
-        ("nothing", 0),
-    ],
+    cases("""
+sheet | "green"
+shading | 3
+waypoints | [[0.1, 0.2]] * 65
+keep_out | [[[0, 0]] * 65]
+keep_out | [[[0, 0], [0.1, 0], [0, 0.1]]] * 33
+period | None
+vehicle | "/etc/vehicle.toml"
+drag_ratio | 0.019
+accuracy | 0.9e-5
+samples | 1.5
+eta | 1.1
+nothing | 0
+"""),
 )
-def test_wrong_fields_are_named(name: str, value: Any) -> None:
+def test_wrong_fields_are_named(name: str, value: str) -> None:
     answer = map_answer if name in ("sheet", "shading") else plan_answer
     with pytest.raises(gg.GaitgraphError, match=name.removesuffix("s")):
-        answer({name: value})
+        answer({name: eval(value)})
 
 
 # Work
@@ -735,12 +703,7 @@ def test_a_real_server_is_asked_and_interrupted() -> None:
     command = [sys.executable, "-m", "gaitgraph", "explore", "--no-browser"]
     pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     environment = os.environ | {"PYTHONUNBUFFERED": ""}
-    with subprocess.Popen(
-        command,
-        env=environment,
-        text=True,
-        **pipes,
-    ) as process:
+    with subprocess.Popen(command, env=environment, text=True, **pipes) as process:
         try:
             assert process.stdout is not None
             address = process.stdout.readline().strip()
