@@ -38,23 +38,6 @@ for name in ("starlette", "uvicorn"):
 
 pytestmark = pytest.mark.slow
 
-# Every visible text, with the contrast [1, 21] of its color to what is behind it.
-CONTRASTS = """
-const light = (rgb) => rgb.map((c) => c / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
-  .reduce((sum, c, k) => sum + c * [0.2126, 0.7152, 0.0722][k], 0);
-const parts = (text) => text.match(/[\\d.]+/g).map(Number);
-const found = [];
-for (const node of document.querySelectorAll("body *:not(option):not(script):not(svg *)")) {
-  const own = [...node.childNodes].some((child) => child.nodeType === 3 && child.textContent.trim());
-  if (!own || !node.checkVisibility() || node.closest(":disabled, .spoken, .skip, canvas")) continue;
-  let behind = node;
-  while (behind && (parts(getComputedStyle(behind).backgroundColor)[3] ?? 1) === 0) behind = behind.parentElement;
-  const ratio = [getComputedStyle(node).color, getComputedStyle(behind ?? document.body).backgroundColor]
-    .map((color) => light(parts(color).slice(0, 3)) + 0.05).sort((a, b) => b - a);
-  found.push([`${node.tagName}.${node.className} ${node.textContent.trim().slice(0, 30)}`, ratio[0] / ratio[1]]);
-}
-return found;
-"""
 WIDE, NARROW = (1280, 900), (400, 800)
 PATIENCE = 30.0  # until a page that does not come counts as broken [s]
 LEFT, RIGHT, UP, DOWN, ENTER, DELETE, ESCAPE, TAB = (
@@ -347,12 +330,11 @@ def test_slider_steps_and_the_pointer_set_the_posture(page: Page) -> None:
     pictures.add(page.vehicle())
     page.choose("scrub", "600", "input")
     assert page.text("clock") == "0.600 s"
-    pictures.add(page.vehicle())
     x, y = page.place(6 * STEP, -4 * STEP)  # in the middle of the first leg
     page.cdp("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
     page.until(lambda: page.text("clock") == "0.125 s")
     pictures.add(page.vehicle())
-    assert len(pictures) == 4
+    assert len(pictures) == 3
 
 
 def test_the_vehicle_can_be_turned(page: Page) -> None:
@@ -475,34 +457,18 @@ def test_a_broken_table_is_marked_where_it_breaks(page: Page, tmp_path: Path) ->
     page.id("file").send_keys(str(table))
     page.shows("✕Not flyable, breaks the paper’s rules")
     assert page.text("table-name") == "broken.csv"
-    left, top = page.place(0.393, -0.393)
     distances = []
     for node in page.all(".broken .place"):
         box = node.rect
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        distances.append(math.hypot(x - left, y - top))
+        middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        distances.append(math.dist(middle, page.place(0.393, -0.393)))
     assert min(distances) < 3
-    assert page.count(".path.ghost") == 0
     assert not page.id("use-request").is_displayed()
     page.choose("scrub", "1000", "input")
     assert page.text("clock") == "row 1"  # it states no times
     page.id("close-table").click()
     assert page.text("headline") == "No waypoints yet"
     assert page.count(".broken") == 0
-
-
-def test_a_table_of_ours_brings_its_request(page: Page, tmp_path: Path) -> None:
-    page.open()
-    path = tmp_path / "gait.json"
-    gg.plan_loop(GAITS[3].waypoints, color="red").timed().write(path)
-    page.id("file").send_keys(str(path))
-    page.shows("✓Flyable")
-    assert page.count(".table-path.red") == 1
-    assert page.text("all-acceptable").startswith("✓ Gait: no singular attitude")
-    page.id("use-request").click()
-    page.has(".waypoint", 4)
-    page.planned()
-    assert page.state.startswith("waypoints=-pi/8,pi/8;-pi/8,3pi/8;-3pi/8,3pi/8")
 
 
 def test_a_vehicle_of_any_four_rotors_is_opened_planned_and_left(page: Page) -> None:
@@ -514,27 +480,23 @@ def test_a_vehicle_of_any_four_rotors_is_opened_planned_and_left(page: Page) -> 
     page.id("file").send_keys(str(path))
     page.shows("✓Flyable")
     page.until(lambda: "which is curved" in page.text("map-note"))
+    assert page.count(".table-path") == 1
     page.id("use-request").click()
     page.has(".waypoint", 3)
     page.planned()
-    page.shows("✓Flyable")
     assert page.text("reason").startswith("R > 0, length 0.8606 rad")
     assert (page.count(".corner"), page.count("#corners tbody tr")) == (3, 48)
     assert page.count(".type") == 0
     assert not page.id("field-color").is_displayed()
     page.vehicle()
-    address = page.state
-    assert address.partition("&vehicle=")[2].startswith('{"name":"leaning"')
-    page.id("undo").click()
-    page.until(page.id("field-color").is_displayed)
-    page.open(address)
+    assert page.state.partition("&vehicle=")[2].startswith('{"name":"leaning"')
+    page.open(page.state)
     page.shows("✓Flyable")
     page.js("document.getElementById('advanced').open = true")
     assert "leaning (κ = " in page.css("#vehicle option:checked").text
     page.choose("vehicle", "paper")
     page.planned()
     assert "vehicle" not in page.state
-    page.shows("✓Flyable")
     page.until(page.id("field-color").is_displayed)
 
 
@@ -621,15 +583,12 @@ def test_nothing_is_too_wide_too_pale_or_without_a_name(
     assert page.js("return document.documentElement.scrollWidth") <= size[0]
     page.has("#diagram-root.waiting", 0)  # it is pale till then
     assert serious_findings(page.driver) == []
-    nameless = []
     roles = set()
     for node in page.cdp("Accessibility.getFullAXTree")["nodes"]:
         role = node.get("role", {}).get("value")
         roles.add(role)
-        is_named = node.get("name", {}).get("value", "").strip()
-        if role in CONTROLS and not node["ignored"] and not is_named:
-            nameless.append(node)
-    assert nameless == []
+        name = node.get("name", {}).get("value", "").strip()
+        assert name or node["ignored"] or role not in CONTROLS, node
     assert roles >= CONTROLS | {"main", "banner", "region", "status"}
 
 
@@ -667,16 +626,6 @@ def test_the_map_follows_the_drag_ratio_while_it_is_dragged(page: Page) -> None:
     page.until(lambda: page.js(region) != before)  # no change event: it is still held
     page.choose("drag_ratio", "500")
     page.planned()
-
-
-@pytest.mark.parametrize("theme", ["light", "dark"])
-def test_a_pressed_button_can_be_read_while_hovered(page: Page, theme: str) -> None:
-    page.open(f"theme={theme}")
-    button = page.id("mode-waypoints")
-    ActionChains(page.driver).move_to_element(button).perform()
-    assert page.js("return arguments[0].matches(':hover')", button)
-    pale = [name for name, ratio in page.js(CONTRASTS) if ratio < 4.5]
-    assert not any("mode" in name for name in pale)
 
 
 @pytest.mark.parametrize("size", [WIDE, (390, 844)])

@@ -18,6 +18,7 @@ from gaitgraph.flight.vehicle_files import read_description
 from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
 from gaitgraph.validation.any_rotors import validate_geometry
 from gaitgraph.vehicle import preset_names, vehicle_named
+from tests.samples import cases
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -146,12 +147,9 @@ def test_models_read_back(run: Any, name: str) -> None:
 
 # -- PX4
 
-QUAD = {
-    (0.15, 0.15): 0.05,
-    (-0.15, -0.15): 0.05,
-    (0.15, -0.15): -0.05,
-    (-0.15, 0.15): -0.05,
-}
+QUAD = {(0.15, 0.15): 0.05, (-0.15, -0.15): 0.05}
+QUAD |= {(0.15, -0.15): -0.05, (-0.15, 0.15): -0.05}
+SIX = QUAD | {(0.3, 0): 0.05, (-0.3, 0): -0.05}
 
 
 def parameters(
@@ -195,55 +193,42 @@ def test_px4_geometry_is_that_of_its_source(tmp_path: Path) -> None:
 
 
 def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
+    """Rotors 1, 3, 2, 4 of the file; the axis of rotor 4 points inward."""
     Path("x.params").write_text(parameters(QUAD, [135, 315, 45, 45], CA_SV_TL3_MAXA=45))
-    found = run("vehicles", "--from", "x.params")
-    assert found.code == 0
-    assert "rotors 1, 3, 2, 4 of the file" in found.out
-    assert "tilt axes of rotors 4 of the file point inward" in found.out
-    Path("x.toml").write_text(found.out)
+    printed = run("vehicles", "--from", "x.params")
+    assert printed.code == 0
+    assert "rotors 1, 3, 2, 4 of the file" in printed.out
+    assert "tilt axes of rotors 4 of the file point inward" in printed.out
+    Path("x.toml").write_text(printed.out)
     vehicle = vehicle_named("x.toml")
     assert vehicle.first_rotor_spin == "counterclockwise"
     assert vehicle.first_arm_angle == pytest.approx(-math.pi / 4)
     assert vehicle.rotor_height == pytest.approx(0.02)
-    # Rotors 1, 3, 2, 4 of the file; the axis of rotor 4 points inward.
-    ranges = np.array([[-60, 90], [-60, 90], [-60, 90], [-45, 60]])
-    np.testing.assert_allclose(
-        np.degrees(np.array(vehicle.tilt_range)), ranges, atol=1e-6
-    )
-    # The same tilt table, in both orders and senses, is the same matrix.
-    mine, theirs = RNG.uniform(-1, 1, (2, 4)), read_description("x.params").geometry
-    expected = Geometry.of_vehicle(vehicle).least_singular_value(mine)
-    np.testing.assert_allclose(
-        theirs.least_singular_value(mine[:, [0, 2, 1, 3]] * [1, 1, 1, -1]),
-        expected,
-        atol=1e-9,
-    )
+    ranges = np.degrees(np.array(vehicle.tilt_range))
+    assert ranges[:3] == pytest.approx(np.tile([-60.0, 90.0], (3, 1)))
+    assert ranges[3] == pytest.approx([-45, 60])
 
 
-NOT_FITTING = {
-    "it has 6 rotors": parameters(
-        {**QUAD, (0.3, 0): 0.05, (-0.3, 0): -0.05}, [135, 315, 45, 225]
-    ),
-    "not every rotor tilts": parameters(QUAD, [135, 315]),
-}
-
-
-@pytest.mark.parametrize("reason", NOT_FITTING)
+@pytest.mark.parametrize(
+    ("places", "toward", "reason"),
+    [
+        (SIX, [135, 315, 45, 225], "it has 6 rotors"),
+        (QUAD, [135, 315], "not every rotor tilts"),
+    ],
+)
 def test_where_the_method_does_not_fit_the_geometry_is_printed(
-    run: Any, reason: str
+    run: Any, places: Any, toward: Any, reason: str
 ) -> None:
-    Path("x.params").write_text(NOT_FITTING[reason])
-    found = run("vehicles", "--from", "x.params")
-    assert found.code == 1
-    assert reason in found.out
+    Path("x.params").write_text(parameters(places, toward))
+    printed = run("vehicles", "--from", "x.params")
+    assert printed.code == 1
+    assert reason in printed.out
     assert reason in run("vehicles", "--from", "x.params", "--json").json["reasons"][0]
-    geometry = geometry_from_mapping(tomllib.loads(found.out))
+    mine = geometry_from_mapping(tomllib.loads(printed.out))
+    theirs = read_description("x.params").geometry
     for field in ("position", "tilt_axis", "tilt_range", "moment_ratio"):
-        assert np.array_equal(
-            getattr(geometry, field),
-            getattr(read_description("x.params").geometry, field),
-        )
-    Path("x.toml").write_text(found.out)
+        assert np.array_equal(getattr(mine, field), getattr(theirs, field))
+    Path("x.toml").write_text(printed.out)
     assert run("plan", "--waypoint", "0,0", "--vehicle", "x.toml").code == 2
 
 
@@ -257,74 +242,60 @@ FRAMES: dict[str, dict[str, float]] = {
 
 @pytest.mark.parametrize("name", FRAMES)
 def test_any_frame_is_stated_by_its_places(run: Any, name: str) -> None:
-    places = {
-        (0.2, 0.1): 0.05,
-        (-0.2, -0.1): 0.05,
-        (0.2, -0.1): -0.06,
-        (-0.2, 0.1): -0.06,
-    }
+    places = {(0.2, 0.1): 0.05, (-0.2, -0.1): 0.05}
+    places |= {(0.2, -0.1): -0.06, (-0.2, 0.1): -0.06}
     # The servos tilt about the lines from the centre, which are not diagonals of a square.
     ahead = math.degrees(math.atan2(0.1, 0.2))
     toward = [90 + ahead, 270 + ahead, 90 - ahead, 270 - ahead]
     Path("x.params").write_text(parameters(places, toward, **FRAMES[name]))
-    found = run("vehicles", "--from", "x.params")
-    assert found.code == 0, found.out
-    Path("x.toml").write_text(found.out)
+    printed = run("vehicles", "--from", "x.params")
+    assert printed.code == 0, printed.out
+    Path("x.toml").write_text(printed.out)
     vehicle = vehicle_named("x.toml")
     assert (vehicle.asymmetry is None) == (name == "symmetric")
     assert (vehicle.spins is not None) == (name == "spins")
     assert vehicle.has_own_axes == (name == "a tilt axis")
-    positions = np.array(vehicle.rotor_positions)
-    assert sorted(map(tuple, positions[:, :2])) == sorted((x, -y) for x, y in places)
     theirs = read_description("x.params").geometry
     mine = Geometry.of_vehicle(vehicle)
-    order = [
-        int(np.abs(theirs.position - place).sum(axis=1).argmin())
-        for place in mine.position
-    ]
+    off = np.abs(mine.position[:, None] - theirs.position).sum(axis=-1)
+    order = off.argmin(axis=1)
+    assert off.min(axis=1) == pytest.approx(0, abs=1e-9)
     np.testing.assert_allclose(mine.moment_ratio, theirs.moment_ratio[order])
+    # The same tilt table, in the order and sense of each, is the same matrix.
     alpha = RNG.uniform(-1, 1, 4)
     sense = np.sign(np.sum(mine.tilt_axis * theirs.tilt_axis[order], axis=1))
-    found_there = np.empty(4)
-    found_there[order] = sense * alpha
-    assert theirs.least_singular_value(found_there) == pytest.approx(
-        mine.least_singular_value(alpha), abs=1e-6
-    )
+    of_file = np.empty(4)
+    of_file[order] = sense * alpha
+    least = mine.least_singular_value(alpha)
+    assert theirs.least_singular_value(of_file) == pytest.approx(least, abs=1e-6)
 
 
 # -- Tilt tables
 
 
 def test_a_table_of_six_rotors(run: Any) -> None:
-    toward = [90, 270, 150, 330]
-    turns = [math.radians(a) for a in (0, 180, 60, 240, 120, 300)]
-    places = {
-        (0.3 * math.cos(a), 0.3 * math.sin(a)): 0.05 * (-1) ** k
-        for k, a in enumerate(turns)
-    }
-    Path("six.params").write_text(parameters(places, toward))
-    Path("six.csv").write_text(
-        "alpha1,alpha2,alpha3,alpha4_deg,note\n0,0,0,0,a\n0.1,0.1,-0.1,-6,b\n"
-    )
+    places = {}
+    for k, turn in enumerate(np.radians([0, 180, 60, 240, 120, 300]).tolist()):
+        places[0.3 * math.cos(turn), 0.3 * math.sin(turn)] = 0.05 * (-1) ** k
+    Path("six.params").write_text(parameters(places, [90, 270, 150, 330]))
+    rows = "alpha1,alpha2,alpha3,alpha4_deg,note\n0,0,0,0,a\n0.1,0.1,-0.1,-6,b\n"
+    Path("six.csv").write_text(rows)
     good = run("validate", "six.csv", "--vehicle", "six.params", "--json")
     geometry = read_description("six.params").geometry
-    rows = np.array([[0, 0, 0, 0, 0, 0], [0.1, 0.1, -0.1, math.radians(-6), 0, 0]])
-    between = geometry.least_singular_value(
-        rows[0] + np.linspace(0, 1, 999)[:, None] * (rows[1] - rows[0])
-    )
+    last = np.array([0.1, 0.1, -0.1, math.radians(-6), 0, 0])
+    between = geometry.least_singular_value(np.linspace(0, 1, 999)[:, None] * last)
     assert good.code == 0
     checks = {check["name"]: check for check in good.json["checks"]}
-    assert checks["least_singular_value"]["value"] == pytest.approx(
-        between.min(), abs=3e-4
-    )
-    assert [
-        good.json[name]
-        for name in ("valid", "two_color", "reachable_from_hover", "flyable")
-    ] == [None] * 3 + [True]
-    singular = validate_geometry(rows * 15, geometry)
-    assert not singular
-    assert not singular.checks[-1].ok
-    assert singular.checks[-1].name == "tilt_range"
+    least = checks["least_singular_value"]["value"]
+    assert least == pytest.approx(between.min(), abs=3e-4)
+    assert [good.json[name] for name in ("valid", "two_color", "flyable")] == [
+        None,
+        None,
+        True,
+    ]
+    beyond = validate_geometry([0 * last, 15 * last], geometry)
+    assert not beyond
+    assert (beyond.checks[-1].name, beyond.checks[-1].ok) == ("tilt_range", False)
 
 
 @pytest.mark.parametrize(("most", "flyable"), [(4000, True), (1, None)])
@@ -353,33 +324,23 @@ def test_hover_thrusts_of_six_rotors(
     assert value == pytest.approx(0.0587, abs=1e-3) or not report
 
 
-def test_a_list_of_four_rotors_is_printed_as_a_vehicle_that_plans(
-    run: Any, tmp_path: Path
-) -> None:
+def test_a_list_of_four_rotors_is_printed_as_a_vehicle_that_plans(run: Any) -> None:
     lines = []
     for x, y, ratio in ((15, 20, -1), (-15, 24, 1), (-15, -24, -1), (15, -20, 1)):
         lines += ["[[rotor]]", f"position = [{x / 100}, {y / 100}, 0.0]"]
         lines += [f"tilt_axis = [{x}, {y}, 0]", f"moment_ratio = {ratio * 0.016}"]
     lines.append('tilt_range = ["-60deg", "60deg"]')  # of the last one alone
-    rotors, vehicle = tmp_path / "rotors.toml", tmp_path / "four.toml"
-    rotors.write_text("\n".join(lines), encoding="utf-8")
-    waypoints = ["--waypoint=-0.3,0.3", "--waypoint=-0.6,0.5"]
-    refused = run("plan", *waypoints, "--vehicle", rotors)
-    assert (refused.code, "vehicles --from FILE prints these" in refused.err) == (
-        2,
-        True,
-    )
-    refused = run("plan", *waypoints, "--vehicle", "robot.urdf")
-    assert (refused.code, "vehicles --from robot.urdf prints" in refused.err) == (
-        2,
-        True,
-    )
-    vehicle.write_text(run("vehicles", "--from", rotors).out, encoding="utf-8")
-    assert run("plan", *waypoints, "--vehicle", vehicle).code == 0
-    read = gg.vehicle_named(str(vehicle))
-    assert read.tilt_range is not None
-    assert read.tilt_range[3] == pytest.approx((-math.pi / 3, math.pi / 3))
-    assert read.tilt_range[0][1] > 3.14
+    Path("rotors.toml").write_text("\n".join(lines))
+    plan = ("plan", "--waypoint=-0.3,0.3", "--waypoint=-0.6,0.5", "--vehicle")
+    for file, advice in (("rotors.toml", "FILE"), ("robot.urdf", "robot.urdf")):
+        refused = run(*plan, file)
+        assert refused.code == 2
+        assert f"vehicles --from {advice} prints" in refused.err
+    Path("four.toml").write_text(run("vehicles", "--from", "rotors.toml").out)
+    assert run(*plan, "four.toml").code == 0
+    ranges: Any = gg.vehicle_named("four.toml").tilt_range
+    assert ranges[3] == pytest.approx((-math.pi / 3, math.pi / 3))
+    assert ranges[0][1] > 3.14
 
 
 def test_four_arms_are_judged_alike() -> None:
@@ -401,31 +362,6 @@ def test_four_arms_are_judged_alike() -> None:
     assert (crossing.checks[0].value or 0.0) < 1e-3
 
 
-WRONG = {
-    "vehicles --from no.urdf": "file 'no.urdf' cannot be read",
-    "vehicles --from text.xml": "file 'text.xml': it must be URDF (<robot>), MJCF (<mujoco>), parameters of PX4",
-    "vehicles --from broken.urdf": "file 'broken.urdf': the physics engine cannot read it (",
-    "vehicles --from armless.urdf": "it must have arms",
-    "vehicles --from empty.urdf": "tilt range of rotor 1 must be two increasing angles, got 1, -1",
-    "vehicles --from zero.urdf": "tilt range of rotor 1 must be two increasing angles, got 0, 0",
-    "vehicles --from nan.params": "CA_SV_TL0_MINA must be a finite number, got 'nan'",
-    "vehicles --from comma.params": "CA_ROTOR0_PX must be a finite number, got '0,15'",
-    "vehicles --from word.params": "CA_ROTOR_COUNT must be a finite number, got 'four'",
-    "vehicles --from equals.params": "CA_ROTOR_COUNT must be a finite number, got '='",
-    "vehicles --from range.params": "tilt range of rotor 1 must be two increasing angles, got -1.0472, -1.22173",
-    "vehicles --from none.params": "CA_ROTOR_COUNT must be the number of rotors, got 0",
-    "vehicles --from good.params --output x.xml": "cannot be combined",
-    "vehicles paper --from good.params": "of NAME_OR_FILE, --vehicle and --from only one can be given",
-    "vehicles --output x.xml": "--output must be a file .xml, with the name of one vehicle",
-    "vehicles paper --output x.urdf": "--output must be a file .xml",
-    "vehicles light.toml --output x.xml": "states no mass",
-    "validate gait3 --vehicle good.params --tolerance 0.1": "--tolerance must be omitted for rotors",
-    "validate five.csv --vehicle good.params": "column 'alpha4' is missing; columns must be alpha1",
-    "validate four.csv --vehicle still.toml": "tilt_axis must be other than zero for at least one rotor",
-    "validate four.csv --vehicle bad.toml": "vehicle file 'bad.toml': position must be numbers within ±1000",
-}
-
-
 def test_an_error_of_our_own_code_is_not_called_an_error_of_the_engine(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -439,30 +375,52 @@ def test_an_error_of_our_own_code_is_not_called_an_error_of_the_engine(
         read_description(path)
 
 
-@pytest.mark.parametrize("command", WRONG)
-def test_bad_input_is_one_line(run: Any, command: str) -> None:
-    good = parameters(QUAD, [135, 315, 45, 225])
-    for name, text in {
-        "text.xml": "no XML at all",
-        "broken.urdf": "<robot><link",
-        "armless.urdf": urdf(0),
-        "zero.urdf": urdf(low=0, high=0),
-        "nan.params": good.replace("CA_SV_TL0_MINA\t-60", "CA_SV_TL0_MINA\tnan"),
-        "comma.params": good.replace("CA_ROTOR0_PX\t0.15", "CA_ROTOR0_PX\t0,15"),
-        "word.params": good.replace("CA_ROTOR_COUNT\t4", "CA_ROTOR_COUNT\tfour"),
-        "equals.params": "CA_ROTOR_COUNT = 4",
-        "empty.urdf": urdf(low=1, high=-1),
-        "good.params": good,
-        "range.params": parameters(QUAD, [135, 315, 45, 225], CA_SV_TL0_MAXA=-70),
-        "none.params": "1 1 CA_ROTOR0_PX 0.1 9",
-        "light.toml": "drag_ratio = 0.2",
-        "five.csv": "alpha1,alpha2,alpha3\n0,0,0\n",
-        "four.csv": "alpha1,alpha2,alpha3,alpha4\n0,0,0,0\n",
-        "still.toml": "[[rotor]]\nposition = [1, 0, 0]\nmoment_ratio = 0.1",
-        "bad.toml": "[[rotor]]\nposition = [1, 0]\nmoment_ratio = 0.1",
-    }.items():
+GOOD = parameters(QUAD, [135, 315, 45, 225])
+FILES = {
+    "text.xml": "no XML at all",
+    "broken.urdf": "<robot><link",
+    "armless.urdf": urdf(0),
+    "zero.urdf": urdf(low=0, high=0),
+    "nan.params": GOOD.replace("CA_SV_TL0_MINA\t-60", "CA_SV_TL0_MINA\tnan"),
+    "comma.params": GOOD.replace("CA_ROTOR0_PX\t0.15", "CA_ROTOR0_PX\t0,15"),
+    "equals.params": "CA_ROTOR_COUNT = 4",
+    "empty.urdf": urdf(low=1, high=-1),
+    "good.params": GOOD,
+    "none.params": "1 1 CA_ROTOR0_PX 0.1 9",
+    "light.toml": "drag_ratio = 0.2",
+    "five.csv": "alpha1,alpha2,alpha3\n0,0,0\n",
+    "four.csv": "alpha1,alpha2,alpha3,alpha4\n0,0,0,0\n",
+    "still.toml": "[[rotor]]\nposition = [1, 0, 0]\nmoment_ratio = 0.1",
+    "bad.toml": "[[rotor]]\nposition = [1, 0]\nmoment_ratio = 0.1",
+}
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    cases("""
+vehicles --from no.urdf | file 'no.urdf' cannot be read
+vehicles --from text.xml | file 'text.xml': it must be URDF (<robot>), MJCF (<mujoco>), parameters of PX4
+vehicles --from broken.urdf | file 'broken.urdf': the physics engine cannot read it (
+vehicles --from armless.urdf | it must have arms
+vehicles --from empty.urdf | tilt range of rotor 1 must be two increasing angles, got 1, -1
+vehicles --from zero.urdf | tilt range of rotor 1 must be two increasing angles, got 0, 0
+vehicles --from nan.params | CA_SV_TL0_MINA must be a finite number, got 'nan'
+vehicles --from comma.params | CA_ROTOR0_PX must be a finite number, got '0,15'
+vehicles --from equals.params | CA_ROTOR_COUNT must be a finite number, got '='
+vehicles --from none.params | CA_ROTOR_COUNT must be the number of rotors, got 0
+vehicles --from good.params --output x.xml | cannot be combined
+vehicles --output x.xml | --output must be a file .xml, with the name of one vehicle
+vehicles paper --output x.urdf | --output must be a file .xml
+vehicles light.toml --output x.xml | states no mass
+validate gait3 --vehicle good.params --tolerance 0.1 | --tolerance must be omitted for rotors
+validate five.csv --vehicle good.params | column 'alpha4' is missing; columns must be alpha1
+validate four.csv --vehicle still.toml | tilt_axis must be other than zero for at least one rotor
+validate four.csv --vehicle bad.toml | vehicle file 'bad.toml': position must be numbers within ±1000
+"""),
+)
+def test_bad_input_is_one_line(run: Any, command: str, message: str) -> None:
+    for name, text in FILES.items():
         Path(name).write_text(text)
     result = run(*shlex.split(command))
-    assert (result.code, result.out) == (2, "")
-    assert WRONG[command] in result.err
-    assert len(result.err.splitlines()) == 1
+    assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
+    assert message in result.err
