@@ -19,7 +19,7 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.surface.curved_region import sheet_region
 from gaitgraph.vehicle import PAPER
-from tests.samples import LEANING, STANDING, by_vehicle
+from tests.samples import BOTH, LEANING, STANDING, by_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -90,7 +90,7 @@ def test_a_gait_on_the_sheet_settles_and_the_model_reads_back(
     assert gg.validate(tmp_path / "gait.json", vehicle=read).flyable
 
 
-@by_vehicle(PAPER, *FLYING)
+@by_vehicle(PAPER, BOTH, *FLYING)
 def test_gyroscopic_torques_are_those_of_spinning_rotors_in_the_engine(
     vehicle: gg.Vehicle,
 ) -> None:

@@ -87,45 +87,34 @@ def test_attitudes_beyond_a_singular_one_are_lost_at_each_moment_of_take_off() -
 LAGGING = PAPER.replace(rotor_lag=0.02, rotor_inertia=1e-6)
 SPINNING = PAPER.replace(rotor_inertia=1e-2)
 ROUGH = {"wind": (2.0, -1.0, 0.5), "gust": 0.5, "attitude_noise": 0.002}
-SLOW = {
-    "control_rate": 200.0,
-    "step": 2.5e-3,
-    "servo_lag": 0.01,
-    "arms": "served",
-    "attitude_damping": 14.0,
-}
+SLOW = {"control_rate": 200.0, "step": 2.5e-3, "attitude_damping": 14.0}
+SLOW |= {"servo_lag": 0.01, "arms": "served"}
 SWINGING = {"attitude_stiffness": 3000.0, "attitude_damping": 30.0, "floor": 0.27}
 
 
 @pytest.mark.parametrize(
     ("vehicle", "number", "eta", "settings", "outcomes"),
     [
-        (PAPER, 4, 0.8, FOUR_SHARES, {"settled", "near singular"}),
-        (PAPER, 3, 0.8, ROUGH, {"settled", "near singular"}),
-        (PAPER, 3, 0.9, SLOW, {"settled", "near singular"}),
-        (PAPER, 4, 0.9, SWINGING, {"near singular"}),
-        (LAGGING, 3, 1.0, {"duration": 1.5}, {"settled"}),
-        (PAPER.replace(mass=1e20), 3, 1.0, {}, {"tumbling"}),
-        (SPINNING, 3, 1.0, {}, {"tumbling", "near singular", "sign change"}),
+        (PAPER, 4, 0.8, FOUR_SHARES, "settled, near singular"),
+        (PAPER, 3, 0.8, ROUGH, "settled, near singular"),
+        (PAPER, 3, 0.9, SLOW, "settled, near singular"),
+        (PAPER, 4, 0.9, SWINGING, "near singular"),
+        (LAGGING, 3, 1.0, {"duration": 1.2}, "settled"),
+        (PAPER.replace(mass=1e20), 3, 1.0, {}, "tumbling"),
+        (SPINNING, 3, 1.0, {}, "tumbling, near singular, sign change"),
     ],
 )
 def test_flights_side_by_side_end_as_single_ones_do(
-    vehicle: Any, number: int, eta: float, settings: Any, outcomes: set[str]
+    vehicle: Any, number: int, eta: float, settings: Any, outcomes: str
 ) -> None:
     """Alone, a flight takes its whole duration, and the controller computes plain numbers."""
     timed = flown_by(timed_gait(number), vehicle)
-    chosen = FlightSettings(**{"duration": 2.5, **settings})
-    basin = basin_of(
-        timed,
-        eta,
-        settings=chosen,
-        resolution=3,
-        anyway=True,
-    )
-    assert basin.outcomes.keys() == outcomes
+    chosen = FlightSettings(**{"duration": 2.0, **settings})
+    basin = basin_of(timed, eta, settings=chosen, resolution=3, anyway=True)
+    assert basin.outcomes.keys() == {*outcomes.split(", ")}
     flown = timed if eta == 1 else biased_timed_gait(timed, eta)
     simulation = Simulation(repeated(flown), basin.settings)
-    for i, j in ((0, 0), (0, 1), (1, 1), (2, 0), (2, 2)):
+    for i, j in ((0, 0), (0, 1), (1, 1), (2, 2)):
         attitude = float(basin.angles[i]), float(basin.angles[j])
         flight = simulation.run(attitude)
         end = flight.settling_time if flight.settled else flight.flown
@@ -174,7 +163,11 @@ def test_the_command_reports_each_basin(run: Any, tmp_path: Path) -> None:
     assert "Basin of the gait itself: 2 by 2 attitudes" in done.out
     assert "warning: max(|Rφ|, |Rθ|) = 0.71 at corner" in done.out
     assert len((tmp_path / "basin.csv").read_text().splitlines()) == 1 + 8
-    gait, biased = run(*options, "--json", "--begins", 2).json["basins"]
-    assert (gait["eta"], gait["period"], gait["warnings"]) == (1.0, 1.0, [])
-    assert sum(biased[case] for case in CASES) == 4
-    assert len(biased["flights"]["outcome"]) == 8
+
+
+def test_the_answer_of_the_command_holds_each_flight(run: Any) -> None:
+    answer = run("basin", "gait4", "--resolution", 2, "--begins", 2, "--json").json
+    (basin,) = answer["basins"]
+    assert (basin["eta"], basin["period"], basin["warnings"]) == (1.0, 1.0, [])
+    assert sum(basin[case] for case in CASES) == 4
+    assert len(basin["flights"]["outcome"]) == 8
