@@ -87,7 +87,7 @@ def test_attitudes_beyond_a_singular_one_are_lost_at_each_moment_of_take_off() -
 LAGGING = PAPER.replace(rotor_lag=0.02, rotor_inertia=1e-6)
 SPINNING = PAPER.replace(rotor_inertia=1e-2)
 ROUGH = {"wind": (2.0, -1.0, 0.5), "gust": 0.5, "attitude_noise": 0.002}
-SLOW = {"control_rate": 200.0, "step": 2.5e-3, "attitude_damping": 14.0}
+SLOW: dict[str, Any] = {"control_rate": 200.0, "step": 2.5e-3, "attitude_damping": 14.0}
 SLOW |= {"servo_lag": 0.01, "arms": "served"}
 SWINGING = {"attitude_stiffness": 3000.0, "attitude_damping": 30.0, "floor": 0.27}
 

@@ -415,7 +415,7 @@ def write_columns(suffix: str, columns: dict[str, Any], *, packed: bool = True) 
     ],
 )
 def test_arrays_of_other_kinds_are_read(suffix: str, others: Any) -> None:
-    kinds = (np.int8, ">f8", np.float32, np.float16)
+    kinds: Any = (np.int8, ">f8", np.float32, np.float16)
     values = [[0, 1], [-1.0, -0.5], [0.5, 1.0], [-0.5, -1.0]]
     columns = {
         name: np.array(column, dtype=kind)
