@@ -1,4 +1,4 @@
-"""The design questions of docs/guide/flight.md: their numbers are computed again."""
+"""The design questions of docs/guide/studies.md: their numbers are computed again."""
 
 from __future__ import annotations
 

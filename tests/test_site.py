@@ -127,7 +127,7 @@ def test_every_page_is_there(pages: dict[str, Page]) -> None:
         r"^((?:guide/)?\w+)$", (ROOT / "docs" / "index.md").read_text(), re.M
     )
     written = {f"{name}.html" for name in ("index", *listed)}
-    assert len(written) == 20
+    assert len(written) == 23
     shown = {f"gallery/{path.stem}.html" for path in (ROOT / "examples").glob("*.py")}
     assert written | shown | {
         "gallery/index.html",
