@@ -142,6 +142,30 @@ def test_hover_thrusts_on_red() -> None:
     assert ((shares > 0).all(axis=1) == (quadrant | opposite)).all()
 
 
+@pytest.mark.parametrize("height", [0.0, 0.3])
+def test_the_least_singular_value_on_red(height: float) -> None:
+    """Section 14: by the determinants of two blocks and the sums of their squared entries."""
+    vehicle = gg.Vehicle(drag_ratio=KAPPA, arm_length=1.0, rotor_height=height)
+    a1, a2 = np.random.default_rng(8).uniform(-np.pi, np.pi, (2, 300))
+    b1, b2 = a1 - DELTA, a2 + DELTA
+    yaw = np.sin(b1) / np.cos(DELTA), np.sin(b2) / np.cos(DELTA)
+    level = np.cos(b1) / np.cos(DELTA), np.cos(b2) / np.cos(DELTA)
+    D = np.cos(a1) * yaw[1] - np.cos(a2) * yaw[0]
+    P = level[0] * level[1] + height**2 * np.sin(a1) * np.sin(a2)
+    squares_of_D = yaw[0] ** 2 + yaw[1] ** 2 + np.cos(a1) ** 2 + np.cos(a2) ** 2
+    leaning = height**2 * (np.sin(a1) ** 2 + np.sin(a2) ** 2)
+    squares_of_P = level[0] ** 2 + level[1] ** 2 + leaning
+
+    def least(determinant: Any, squares: Any) -> Any:
+        root = np.sqrt(np.maximum(squares**2 - 4 * determinant**2, 0))
+        return np.abs(determinant) / np.sqrt((squares + root) / 2)
+
+    expected = np.sqrt(2) * np.minimum(least(D, squares_of_D), least(P, squares_of_P))
+    red = np.stack([a1, a2, a1, a2], axis=-1)
+    found = gg.invertibility.least_singular_value(red, vehicle)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
 def test_bounds_of_the_least_singular_value() -> None:
     """Section 14."""
     rng = np.random.default_rng(7)
