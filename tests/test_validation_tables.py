@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -24,14 +23,13 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.validation.rows import MOST_LISTED_ROWS
 from gaitgraph.validation.validating import validate
 from tests.published import GAITS, PublishedGait
-from tests.samples import EXACT, closed, points_of, table_from
+from tests.samples import EXACT, along, closed, points_of, table_from
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from gaitgraph.validation.report import Report
+    from gaitgraph.validation.report import Check, Report
 
 G1, G2, G3, G4 = GAITS
+STRONG = gg.PAPER.replace(max_thrust=5.0)  # so that no share is told
 
 
 def value_of(report: Report, name: str) -> float:
@@ -43,29 +41,6 @@ def value_of(report: Report, name: str) -> float:
 def sampled(gait: PublishedGait, samples: int = 64, **options: Any) -> Table:
     timed = lift(gait.angles, gait.color).parametrize(samples=samples, **options)
     return Table(columns=timed.columns)
-
-
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-@pytest.mark.parametrize("form", ["sampled", "printed", "colored"])
-def test_the_four_gaits_of_the_paper_as_tables(gait: PublishedGait, form: str) -> None:
-    """Also as printed, to three decimals; the sign of R of Gaits 1 and 2 stays undecided."""
-    printed = np.column_stack([np.round(gait.angles, 3), gait.printed])
-    table = {
-        "sampled": sampled(gait),
-        "printed": table_from(printed),
-        "colored": table_from(printed, color=(gait.color,) * 4),
-    }[form]
-    report = validate(table)
-    assert report.valid
-    assert (report.flyable, report.reachable_from_hover) == (
-        gait.flyable,
-        gait.reachable,
-    )
-    assert report["R_sign"].decided is (gait.color == "red")
-    assert f"({gait.color})" in report["two_color"].message
-    assert report.listing is not None
-    assert report.listing.count == [1, 2, 2, 1][gait.number - 1]
-    assert report.rows == len(table)
 
 
 # Laws
@@ -117,25 +92,25 @@ def test_reported_values_hold_between_rows_and_are_reached_where_it_is_said(
 ) -> None:
     """Against dense sampling of the closed polyline, with formulas of their own."""
     report = validate(table, coefficients="exact")
-    along = points_of(*closed(table.alpha), 257).reshape(-1, 4)
+    points = along(table.alpha, 257)
 
     def residual(points: Any) -> Any:
         roll, pitch = roll_sensitivity(points, EXACT), pitch_sensitivity(points, EXACT)
         return np.maximum(np.abs(roll), np.abs(pitch))
 
-    sigma, shares = least_singular_value(along).min(), hover_thrust_shares(along).min()
-    R, off = np.asarray(level_determinant(along, EXACT)), residual(along).max()
-    checks = [report[name] for name in ("least_singular_value", "on_surface")]
-    values, places = zip(
-        *((check.value or 0.0, (check.where or {})["alpha"]) for check in checks),
-        strict=True,
+    sigma, shares = (
+        least_singular_value(points).min(),
+        hover_thrust_shares(points).min(),
     )
-    assert values[0] <= sigma + 1e-9
-    assert least_singular_value(places[0]) == pytest.approx(values[0], abs=1e-3)
-    assert values[1] >= off - 1e-9
-    assert residual(places[1]) == pytest.approx(values[1], rel=0.02, abs=1e-4)
-    assert checks[0].ok == (values[0] >= 0.05) or abs(values[0] - 0.05) < 1e-4
-    assert checks[1].ok == (values[1] <= 2e-3)
+    R, off = np.asarray(level_determinant(points, EXACT)), residual(points).max()
+    singular, surface = report["least_singular_value"], report["on_surface"]
+    least, most = singular.value or 0.0, surface.value or 0.0
+    assert least <= sigma + 1e-9
+    assert least_singular_value(place_of(singular)) == pytest.approx(least, abs=1e-3)
+    assert most >= off - 1e-9
+    assert residual(place_of(surface)) == pytest.approx(most, rel=0.02, abs=1e-4)
+    assert singular.ok == (least >= 0.05) or abs(least - 0.05) < 1e-4
+    assert surface.ok == (most <= 2e-3)
     if R.min() < -1e-2 and R.max() > 1e-2:
         assert not report["R_sign"].ok or (report["R_sign"].limit or 0.0) > 1e-2
     if report["R_sign"].ok:
@@ -144,6 +119,11 @@ def test_reported_values_hold_between_rows_and_are_reached_where_it_is_said(
         assert 0 < shares == pytest.approx(value_of(report, "hover_thrust"), abs=2e-3)
     elif R.min() * R.max() > 0 and sigma > 0.0505 and off < 1e-9:
         assert shares < 1e-3  # the only reason on the red sheet
+
+
+def place_of(check: Check) -> Any:
+    assert check.where is not None
+    return check.where["alpha"]
 
 
 @pytest.mark.no_cover
@@ -164,25 +144,17 @@ def test_rows_between_rows_change_no_verdict(table: Table, times: int) -> None:
     assert [few[name] for name in names] == [many[name] for name in names]
 
 
-def test_a_segment_between_rows_on_different_sides_of_the_sheet_is_near_it() -> None:
-    ends = [[-0.8, 0, -0.7985, 0], [-0.7, 0, -0.7015, 0]]
-    middle = [-0.75, 0, -0.75, 0]
-    short, full = table_from(ends), table_from([ends[0], middle, ends[1], middle])
-    assert validate(short).valid
-    assert verdicts(validate(short)) == verdicts(validate(full))
-
-
 def test_whole_turns_change_no_physics() -> None:
     rows = lift(G4.angles, "red").alpha
-    plain, turned, flipped = (
-        validate(table_from(rows + np.pi * np.array([0, 0, third, fourth])))
-        for third, fourth in ((0, 0), (2, -4), (1, 0))
+    plain, turned, half = (
+        validate(table_from(rows + np.pi * np.array([0, 0, *turns])))
+        for turns in ((0, 0), (2, -4), (1, 0))
     )
     for name in ("least_singular_value", "hover_thrust", "R_sign", "continuous"):
         assert turned[name].ok is plain[name].ok
         # Off red the bounds are wider and the search finer, within the same brackets.
         assert value_of(turned, name) == pytest.approx(value_of(plain, name), abs=1e-4)
-    assert not flipped["hover_thrust"].ok
+    assert not half["hover_thrust"].ok
 
 
 # What is wrong, and where
@@ -190,8 +162,7 @@ def test_whole_turns_change_no_physics() -> None:
 
 def test_the_row_and_the_time_of_what_is_wrong() -> None:
     table = sampled(G3, 100, law="constant-speed")
-    colors = list(table["color"])
-    colors[30] = "blue"
+    colors = ["red"] * 30 + ["blue"] + ["red"] * 70
     report = validate(table_from(table.alpha, t=table["t"], color=tuple(colors)))
     assert report["two_color"].where == {
         "row": 30,
@@ -207,10 +178,10 @@ def test_the_row_and_the_time_of_what_is_wrong() -> None:
     bent[57, 2] += 0.1
     report = validate(table_from(bent, t=table["t"]))
     for name in ("on_surface", "two_color", "continuous"):
+        assert report[name].broken
         where = report[name].where or {}
         assert (where["row"], where["t"]) == (58, pytest.approx(0.57)), name
         assert "row 58, t = 0.57 s (" in report[name].message
-        assert report[name].broken
 
 
 @pytest.mark.parametrize("turn", range(3))
@@ -274,10 +245,8 @@ DEGREES = 180 / math.pi
     ("gait", "order", "factors", "words"),
     [
         (G2, [0, 1, 2, 3], [1, 1, -1, 1], "the other sign of alpha3"),
-        (G3, [0, 1, 2, 3], [1, 1, 1, -1], "the other sign of alpha4"),
         (G3, [0, 1, 2, 3], [1, 1, -1, -1], "the other sign of alpha3 and alpha4"),
         (G4, [0, 2, 1, 3], [1, 1, 1, 1], "alpha2 and alpha3 exchanged"),
-        (G2, [0, 1, 3, 2], [1, 1, 1, 1], "alpha3 and alpha4 exchanged"),
         (G3, [0, 1, 3, 2], [1, 1, -1, 1], "exchanged, then the other sign of alpha4"),
         (G4, [0, 1, 2, 3], [1, 1, DEGREES, DEGREES], "(alpha3_deg, alpha4_deg)"),
     ],
@@ -321,44 +290,40 @@ def test_a_constant_offset_is_told_in_degrees(offset: list[int], words: str) -> 
         assert "by the same angles" not in message
 
 
-@pytest.mark.parametrize("row", [0, 1, 31, 62, 63])
+@pytest.mark.parametrize("row", [0, 31, 63])
 @pytest.mark.parametrize("ends", [64, 65])
 @pytest.mark.parametrize("on_red", [True, False])
 def test_a_single_row_far_from_its_neighbours_is_named(
     row: int, ends: int, on_red: bool
 ) -> None:
     table = sampled(G3, law="constant-speed")
-    alpha, t = table.alpha.copy(), table["t"][:ends]
+    alpha = table.alpha.copy()
     alpha[row, [0, 2] if on_red else [2]] -= 0.25
     alpha[-1] = alpha[0]
-    alpha = alpha[:ends]
-    vehicle = gg.PAPER.replace(max_tilt_rate=6.0, max_tilt_acceleration=150.0)
-    report = validate(table_from(alpha, t=t), vehicle=vehicle)
+    bent = table_from(alpha[:ends], t=table["t"][:ends])
+    report = validate(bent, vehicle=limited(6.0, 150.0))
     first, *others = [check for check in report.checks if not check.ok]
     assert first.name == ("tilt_rate" if on_red else "on_surface")
     assert f"row {row + 1} alone is 0.2" in first.message
     assert {check.follows_from for check in others} == {first.name}
     assert not [note for note in report.notes if "alone" in note]
     if on_red:  # where no rule is broken by it, it is a warning
-        free = validate(table_from(alpha, t=t))
-        assert any(f"row {row + 1} alone is 0.2" in note for note in free.notes)
+        notes = validate(bent).notes
+        assert any(f"row {row + 1} alone is 0.2" in note for note in notes)
+
+
+TIP = [(0.4, -0.4), (0.8, -0.4)]
 
 
 @pytest.mark.parametrize("law", ["smooth", "constant-speed", "equal-time"])
-@pytest.mark.parametrize("samples", [11, 40])
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
+@pytest.mark.parametrize("points", [TIP, *(gait.angles for gait in GAITS)])
 def test_no_row_of_a_planned_gait_is_far_from_its_neighbours(
-    gait: PublishedGait, samples: int, law: str
+    points: Any, law: Any
 ) -> None:
-    rows = sampled(gait, samples, law=law).alpha
-    notes = validate(table_from(rows), vehicle=gg.PAPER.replace(max_thrust=5.0)).notes
-    assert notes == ()
-
-
-def test_the_tip_of_a_way_out_and_back_is_not_far_from_its_neighbours() -> None:
-    loop = lift([(0.4, -0.4), (0.8, -0.4)], "red")
-    rows = loop.parametrize(samples=40, law="constant-speed").alpha
-    assert validate(table_from(rows)).notes == ()
+    color = "blue" if points in (G1.angles, G2.angles) else "red"
+    for samples in (11, 40):
+        rows = lift(points, color).parametrize(samples=samples, law=law).alpha
+        assert validate(table_from(rows), vehicle=STRONG).notes == ()
 
 
 # How a table closes
@@ -367,7 +332,7 @@ def test_the_tip_of_a_way_out_and_back_is_not_far_from_its_neighbours() -> None:
 @pytest.mark.parametrize("rows", [40, 41])
 def test_the_segment_that_closes_a_table_is_judged_too(rows: int) -> None:
     table = sampled(G3, 40, law="constant-speed")
-    report = validate(table.rows(0, rows), vehicle=gg.PAPER.replace(max_thrust=5.0))
+    report = validate(table.rows(0, rows), vehicle=STRONG)
     step = np.abs(table.alpha[0] - table.alpha[rows - 1]).max()
     assert (report.flyable, report.notes) == (True, ())
     assert report["closed"].value == pytest.approx(step)
@@ -375,23 +340,13 @@ def test_the_segment_that_closes_a_table_is_judged_too(rows: int) -> None:
     assert ("back to row 1 is judged too" in report["closed"].message) is (rows == 40)
 
 
-def test_a_single_row_is_a_posture() -> None:
-    report = validate(table_from([[0.4, -0.4, 0.4, -0.4]], t=[3.0]))
-    assert report["closed"].message == "the gait is a single point"
-    assert "a single posture" in report.notes[0]
-    assert report["tilt_rate"].value == 0
-
-
 @pytest.mark.parametrize(("end", "noted"), [(0.8, False), (0.805, True)])
 def test_a_closing_segment_of_more_than_three_steps_is_suspicious(
     end: float, noted: bool
 ) -> None:
     points = [(first, -0.9) for first in (0.5, 0.6, 0.7, 0.8, end)]
-    report = validate(table_from(lift(points, "red").alpha))
-    warned = [
-        text for text in report.warnings if "the end of the table missing" in text
-    ]
-    assert len(warned) == noted
+    told = str(validate(table_from(lift(points, "red").alpha)).warnings)
+    assert ("the end of the table missing" in told) is noted
 
 
 # Rates: a cosine of amplitude 0.2 and period 2 s, with peaks 0.2π rad/s and 0.2π² rad/s²
@@ -440,13 +395,13 @@ def test_a_kick_of_one_row_has_the_same_peaks_wherever_the_table_begins(
     for shift in (0, cut):
         turned = np.roll(alpha, shift, axis=0)
         turned = np.vstack([turned, turned[:1]])[:rows]
-        one = table_from(turned, t=table["t"][:rows])
-        report = validate(one, vehicle=limited(9.0, 1.0))
+        report = validate(
+            table_from(turned, t=table["t"][:rows]), vehicle=limited(9.0, 1.0)
+        )
         where = report["tilt_acceleration"].where or {}
-        assert where["row"] <= rows
         assert where["row"] % 120 == (8 + shift) % 120
-        assert where["t"] == one["t"][where["row"] - 1]
-        peaks.append([check.value or 0.0 for check in report.checks[-2:]])
+        assert where["t"] == table["t"][where["row"] - 1]
+        peaks.append([check.value for check in report.checks[-2:]])
     assert peaks[0] == pytest.approx(peaks[1], rel=1e-6)
 
 
@@ -457,18 +412,6 @@ def test_stated_accelerations_count_if_they_are_larger() -> None:
     assert (check.ok, (check.where or {})["row"]) == (False, 8)
     assert check.value == pytest.approx(50.0, rel=0.02)  # but for its digits
     assert "(α3)" in check.message
-
-
-@pytest.mark.filterwarnings("ignore::gaitgraph.errors.FileWarning")
-@pytest.mark.parametrize("factor", [0.2, 1.0, 3.0, -1.0])
-def test_stated_rates_that_do_not_fit_are_not_used(factor: float) -> None:
-    rate = -RATE * factor * np.sin(np.pi * swing(40)["t"])
-    signs = zip(ANGLES, (1, -1, 1, -1), strict=True)
-    table = swing(40, **{f"{name}_rate": sign * rate for name, sign in signs})
-    report = validate(table)
-    told = any("are not used" in text for text in report.warnings)
-    assert told is (factor not in (0.2, 1.0))
-    assert value_of(report, "tilt_rate") == pytest.approx(RATE, rel=5e-3)
 
 
 def test_two_rows_swing_to_and_fro() -> None:
@@ -500,11 +443,11 @@ def test_wrong_types_and_R_are_reported_beyond_one_percent(sign: int) -> None:
     table = sampled(G4, 50)
     types = list(table["types"])
     types[9] = "(-,?)"
-    allowed = 0.01 * np.maximum(1, np.abs(table["R"]))
-    stated = table["R"] + 0.99 * sign * allowed
-    stated[26] = table["R"][26] + 1.01 * sign * allowed[26]
+    allowed = 0.01 * sign * np.maximum(1, np.abs(table["R"]))
+    stated = table["R"] + 0.99 * allowed
+    stated[26] += 0.02 * allowed[26]
     columns = {**table.columns, "types": tuple(types), "R": stated}
-    report = validate(Table(columns=columns), vehicle=gg.PAPER.replace(max_thrust=5.0))
+    report = validate(Table(columns=columns), vehicle=STRONG)
     assert report.valid
     of_types, of_R = report.warnings
     assert "row 10 states the types (-,?), but it is red" in of_types
@@ -522,37 +465,15 @@ def test_rows_where_the_sheets_meet_take_the_color_of_their_neighbours(
     assert f"({color})" in report["two_color"].message
 
 
-@pytest.mark.parametrize("decimals", [1, 3, 8, 12])
-def test_the_sign_of_R_is_that_of_the_angles_as_they_stand_in_every_format(
-    tmp_path: Path, decimals: int
-) -> None:
-    """Red, with tan α1 − tan α2 just beyond 2κ: R is about −4e-3, which an error of 5e-4 rad does not carry."""
-    a1 = math.atan(2 * gg.PAPER.drag_ratio + math.tan(-0.2)) + 3e-4
-    angles = [round(angle, decimals) for angle in (a1, -0.2, a1, -0.2)]
-    columns: Any = {name: [angle] for name, angle in zip(ANGLES, angles, strict=True)}
-    row = ",".join(f"{angle:.{decimals}f}" for angle in angles)
-    (tmp_path / "gait.csv").write_text(f"{','.join(ANGLES)}\n{row}\n")
-    (tmp_path / "gait.json").write_text(json.dumps({"columns": columns}))
-    sources = (columns, tmp_path / "gait.csv", tmp_path / "gait.json")
-    checks = [validate(one, coefficients="exact")["R_sign"] for one in sources]
-    assert checks[0] == checks[1] == checks[2]
-    rough = validate(columns, coefficients="exact", angle_rounding=5e-4)["R_sign"]
-    if decimals >= 3:
-        assert (checks[0].decided, rough.decided) == (True, False)
-
-
 def test_options_of_checks_are_passed_on() -> None:
     gait = lift(G3.angles, "red")
     bent = Gait(alpha=gait.alpha + np.array([0, 0, 1e-2, 0]), colors=gait.colors)
-    for one, other in ((gait, bent), (gait.parametrize(), bent.parametrize())):
-        assert validate(one).flyable
-        assert not validate(one, floor=0.6).flyable
-        assert not validate(one, angle_rounding=1.0)["R_sign"].decided
+    for flat, other in ((gait, bent), (gait.parametrize(), bent.parametrize())):
+        assert validate(flat).flyable
+        assert not validate(flat, floor=0.6).flyable
+        assert not validate(flat, angle_rounding=1.0)["R_sign"].decided
         assert not validate(other).valid
         assert validate(other, tolerance=0.2).valid
-    slow = lift(G3.angles, "red", vehicle=gg.PAPER.replace(max_tilt_rate=1.0))
-    assert validate(slow).flyable
-    assert not validate(slow.parametrize())["tilt_rate"].ok
 
 
 @pytest.mark.parametrize(
@@ -572,9 +493,20 @@ def test_colourings_are_of_loops_in_the_square_and_of_long_tables_a_number() -> 
     assert validate(side).listing is not None
     beyond = Gait(alpha=[[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]], colors=("red",))
     assert validate(beyond).listing is None
-    with pytest.raises(gg.InputError, match="^row 1: alpha2 must be within ±π/2"):
-        validate(table_from(beyond.alpha))
     many = np.tile(lift(G3.angles, "red").alpha, (MOST_LISTED_ROWS // 4 + 1, 1))
     listing = validate(table_from(many)).listing
     assert listing is not None
     assert (listing.count, listing.first) == (2, ())
+
+
+@pytest.mark.parametrize("gait", GAITS)
+def test_the_four_gaits_as_printed_to_three_decimals(gait: PublishedGait) -> None:
+    printed = np.column_stack([np.round(gait.angles, 3), gait.printed])
+    report = validate(table_from(printed))
+    assert report.valid
+    expected = (gait.flyable, gait.reachable)
+    assert (report.flyable, report.reachable_from_hover) == expected
+    # The sign of R of Gaits 1 and 2 stays undecided.
+    assert report["R_sign"].decided is (gait.color == "red")
+    assert report.listing is not None
+    assert report.listing.count == [1, 2, 2, 1][gait.number - 1]
