@@ -40,34 +40,34 @@ def check_as_the_full_graph(region: Any, points: list[tuple[float, float]]) -> N
 @pytest.mark.parametrize("seed", range(8))
 def test_among_random_polygons(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    triangles: Any = shapely.convex_hull(
-        shapely.multipoints(rng.uniform(-1.5, 1.5, (9, 3, 2)))
-    )
-    small = [shapely.affinity.scale(one, 0.5, 0.5) for one in triangles]
-    region = shapely.box(-1.5, -1.5, 1.5, 1.5) - shapely.union_all(small)
+    corners = rng.uniform(-1.5, 1.5, (9, 1, 2)) + rng.uniform(-0.8, 0.8, (9, 3, 2))
+    triangles = shapely.convex_hull(shapely.multipoints(corners))
+    region = shapely.box(-1.5, -1.5, 1.5, 1.5) - shapely.union_all(triangles)
     strewn = rng.uniform(-1.5, 1.5, (40, 2))
-    inside = strewn[shapely.contains_xy(region, *strewn.T)][:6]
-    corners = shapely.get_coordinates(region)[:3]
-    points = np.vstack([inside, corners]).tolist()
+    inside = strewn[shapely.contains_xy(region, *strewn.T)][:6].tolist()
+    points = inside + shapely.get_coordinates(region)[:3].tolist()
     check_as_the_full_graph(region, [(x, y) for x, y in points])
 
 
-@settings(max_examples=40, deadline=None)
-@given(
-    st.lists(
-        st.tuples(*[st.integers(0, 8)] * 2, *[st.integers(1, 3)] * 2),
-        min_size=1,
-        max_size=7,
-    )
+boxes_on_a_grid = st.lists(
+    st.tuples(*[st.integers(0, 8)] * 2, *[st.integers(1, 3)] * 2),
+    min_size=1,
+    max_size=7,
 )
+
+
+STREWN = [(0.0, 0.0), (9.0, 9.0), (0.0, 9.0), (4.5, 2.0), (2.0, 7.5), (5.0, 5.0)]
+
+
+@settings(max_examples=40, deadline=None)
+@given(boxes_on_a_grid)
 def test_among_boxes_that_touch_line_up_and_overlap(
     boxes: list[tuple[int, int, int, int]],
 ) -> None:
     """Whole numbers make corners collinear, borders shared and passages of no width."""
     filled = [shapely.box(x, y, x + w, y + h) for x, y, w, h in boxes]
     region = shapely.box(0, 0, 9, 9) - shapely.union_all(filled)
-    strewn = [(0.0, 0.0), (9.0, 9.0), (0.0, 9.0), (4.5, 2.0), (2.0, 7.5), (5.0, 5.0)]
-    points = [point for point in strewn if region.covers(shapely.Point(point))]
+    points = [point for point in STREWN if region.covers(shapely.Point(point))]
     check_as_the_full_graph(region, points)
 
 
@@ -85,27 +85,23 @@ HARD: list[list[list[tuple[float, float]]]] = [
 
 @pytest.mark.parametrize("polygons", HARD)
 def test_points_on_sides_by_rounding_inside_or_outside_go_around(polygons: Any) -> None:
-    obstacles = shapely.union_all([shapely.Polygon(polygon) for polygon in polygons])
-    region = shapely.box(-1.57, -0.2, 0.2, 1.57) - obstacles
-    rng = np.random.default_rng(1)
-    on_sides = [
-        shapely.Polygon(polygon).exterior.interpolate(share, normalized=True)
-        for polygon in polygons
-        for share in rng.uniform(size=4)
-    ]
-    points = [(0.1, 0.1), *((point.x, point.y) for point in on_sides)]
-    paths = ShortestPaths(region)
-    check_as_the_full_graph(region, [one for one in points if paths.contains(one)])
+    parts = [shapely.Polygon(polygon) for polygon in polygons]
+    region = shapely.box(-1.57, -0.2, 0.2, 1.57) - shapely.union_all(parts)
+    paths, rng = ShortestPaths(region), np.random.default_rng(1)
+    points = [(0.1, 0.1)]
+    for part in parts:
+        for share in rng.uniform(size=4):
+            point = part.exterior.interpolate(share, normalized=True)
+            points.append((point.x, point.y))
+    check_as_the_full_graph(region, list(filter(paths.contains, points)))
 
 
 def test_parts_that_touch_in_a_corner_are_joined_there_and_others_are_not() -> None:
-    for gap, path in ((0.0, [(0.5, 0.0), (1.0, 1.0), (1.0, 2.0)]), (0.1, None)):
+    for gap, joined in ((0.0, [(0.5, 0.0), (1.0, 1.0), (1.0, 2.0)]), (0.1, None)):
         parts = [shapely.box(0, 0, 1, 1), shapely.box(1 + gap, 1, 2, 2)]
         paths = ShortestPaths(shapely.MultiPolygon(parts))
-        joined = paths.path((0.5, 0.0), (1.0 + gap, 2.0))
-        assert (joined if joined is None else joined.tolist()) == (
-            path if path is None else [list(point) for point in path]
-        )
+        path = paths.path((0.5, 0.0), (1.0 + gap, 2.0))
+        np.testing.assert_equal(path, joined)
 
 
 def test_points_outside_have_no_path_and_points_on_the_border_have_one() -> None:

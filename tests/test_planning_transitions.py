@@ -51,10 +51,10 @@ def check_flight(path: FloatArray, vehicle: gg.Vehicle, floor: float = 0.05) -> 
 
 
 # -- Paths
-
-ROWS = [[-0.4, 0.4, -0.4003, 0.4003], [-0.4, 1.2, -0.4, 1.2], [-1.2, 1.2, -1.2, 1.2]]
 # Its first corner is a little off the surface, as printed digits are.
-BESIDE = gg.Gait(alpha=np.array(ROWS), colors=("red",) * 3)
+
+
+MANY = around(-0.7, 0.7, 0.3, 37)
 
 
 @pytest.mark.parametrize(
@@ -63,11 +63,8 @@ BESIDE = gg.Gait(alpha=np.array(ROWS), colors=("red",) * 3)
         ("hover", "hover"),
         ("hover", G4),
         (G4, "hover"),
-        (G4, G4),
         (G3, G3),
-        ("hover", around(-0.7, 0.7, 0.3, 37)),  # more corners than are tried
-        (around(-0.8, 0.9, 0.2, 60), around(-0.7, 0.7, 0.3, 37)),
-        (around(-0.7, 0.7, 0.3, 37), around(-0.8, 0.9, 0.2, 60)),
+        (MANY, around(-0.8, 0.9, 0.2, 60)),  # more corners than are tried
         (around(1.2, -0.5, 0.05, 5), around(0.7, -1.0, 0.05, 3)),
     ],
 )
@@ -88,8 +85,10 @@ def test_a_free_path_is_straight_between_the_nearest_corners(
 
 
 def test_a_path_begins_and_ends_at_the_gait_itself() -> None:
-    path = gg.transition("hover", BESIDE)
-    np.testing.assert_allclose(path.path[-1], ROWS[0], atol=1e-9)
+    """Also if its corner is a little off the surface, as printed digits are."""
+    rows = [[-0.4, 0.4, -0.4003, 0.4003], [-1.2, 1.2, -1.2, 1.2]]
+    path = gg.transition("hover", gg.Gait(alpha=rows, colors=("red",) * 2))
+    np.testing.assert_allclose(path.path[-1], rows[0], atol=1e-9)
 
 
 def test_a_bent_path_is_half_the_loop_through_its_ends_in_both_directions() -> None:
@@ -144,19 +143,11 @@ def test_whatever_is_answered_holds_for_any_vehicle(
 
 
 def test_blue_to_blue_is_valid_and_not_flyable() -> None:
-    printed = [
-        gg.Gait(
-            alpha=np.column_stack([np.round(gait.angles, 3), gait.printed]),
-            colors=("blue",) * 4,
-        )
-        for gait in GAITS[:2]
-    ]
-    for start, end in ((G1, G2), (G2, G1), printed):
+    for start, end in ((G1, G2), (G2, G1)):
         path = gg.transition(start, end)
         assert (path.report.valid, path.report.flyable) == (True, False)
         assert set(path.gait.colors) == {"blue"}
         assert "the whole blue sheet is singular" in str(path.reason)
-    assert gg.transition(G1, G2).length == gg.transition(G2, G1).length
 
 
 # -- Refusals
@@ -215,33 +206,37 @@ def test_every_flight_from_hover_to_negative_R_passes_a_singular_matrix(
 
 BLUE = gg.lift(G2.alpha[:, :2], "blue", coefficients=EXACT)
 MEETING = "the sheets meet in four points only"
+
+
+SADDLE = gg.lift([(0.5, -0.5), (-0.5, 0.5)], "red")
+
+
+OFF = gg.Gait(alpha=[[0.4, -0.4, 0.1, -0.2]], colors=("red",))
+
+
+JUMPS = gg.lift(G3.alpha[:, :2], ["red", "blue", "red", "red"])
+
+
+WRAPS = gg.lift([(-1.3, 0.2), (-1.1, 0.2)], "blue")
+
+
+DIGITS = gg.lift([(-3 * pi / 8, 3 * pi / 8)], "blue")
+
+
+# (−1.5, 1.5) has R > 0 in a small component of its own; where β1 and β2 reach ±π/2 together, R only touches 0.
+SMALL = gg.lift([(-1.5, 1.5)], "red", coefficients=EXACT)
 NOT_JOINED: list[tuple[Any, Any, str]] = [
     ("hover", G3, "passes a singular matrix"),
-    (G3, G4, "passes a singular matrix"),
-    (gg.lift([(0.5, -0.5), (-0.5, 0.5)], "red"), G3, "start is not valid: R changes"),
-    (
-        "hover",
-        gg.lift([(0.5, -0.5), (-0.5, 0.5)], "red"),
-        "end is not valid: R changes",
-    ),
-    (
-        gg.Gait(alpha=np.array([[0.4, -0.4, 0.1, -0.2]]), colors=("red",)),
-        G3,
-        "max(|Rφ|",
-    ),
-    (gg.lift(G3.alpha[:, :2], ["red", "blue", "red", "red"]), G3, "not be neighbours"),
-    (gg.lift([(-1.3, 0.2), (-1.1, 0.2)], "blue"), G3, "where it wraps by π"),
+    (SADDLE, G3, "start is not valid: R changes"),
+    ("hover", SADDLE, "end is not valid: R changes"),
+    (OFF, G3, "max(|Rφ|"),
+    (JUMPS, G3, "not be neighbours"),
+    (WRAPS, G3, "where it wraps by π"),
     (BLUE, BLUE, "R = 0 on the whole blue sheet"),
     (G3, G2, MEETING),
     (G1, "hover", MEETING),
-    (gg.lift([(-3 * pi / 8, 3 * pi / 8)], "blue"), G2, "as far as rounded"),
-    # (−1.5, 1.5) has R > 0 in a small component of its own; where β1 and β2 reach ±π/2 together, R only touches 0.
-    (
-        "hover",
-        gg.lift([(-1.5, 1.5)], "red", coefficients=EXACT),
-        "separated by the line",
-    ),
-    ("hover", gg.lift([(-1.5, 1.5)], "red"), "separated by the line α1"),
+    (DIGITS, G2, "as far as rounded"),
+    ("hover", SMALL, "separated by the line α1"),
 ]
 
 
@@ -272,7 +267,6 @@ def test_the_table_is_the_path_once_at_its_law(
     table = path.table
     t = np.arange(samples + 1) * (duration / samples)
     np.testing.assert_allclose(table["t"], t, atol=1e-15)
-    assert table["t"][-1] == duration
     share = t / duration
     if law == "smooth":
         share = 10 * share**3 - 15 * share**4 + 6 * share**5
@@ -281,21 +275,9 @@ def test_the_table_is_the_path_once_at_its_law(
     np.testing.assert_allclose(table.alpha, expected, atol=1e-12)
     # The last row does not fly back.
     assert (table["alpha1_rate"] * path.path[-1, 0] * duration > -1e-12).all()
-    assert list(table.about["transition"].values()) == [None, 1]
     plain = path.as_mapping()
-    assert (plain["duration"], plain["law"], plain["joins_corner"]) == (
-        duration,
-        law,
-        1,
-    )
-    assert plain["path"] == path.path.tolist()
-
-
-def test_samples_follow_a_rate() -> None:
-    assert gg.transition("hover", G4).samples == 100
-    for duration, rate in ((2.5, 10.0), (1.0, 33.3), (0.1, 1.0)):
-        path = gg.transition("hover", G4, duration=duration, rate=rate)
-        assert path.samples == math.ceil(duration * rate)
+    told = [plain[name] for name in ("duration", "law", "joins_corner", "path")]
+    assert told == [duration, law, 1, path.path.tolist()]
 
 
 # From hover to (−π/8, π/8) every angle turns by π/8. The minimum-jerk polynomial 10τ³ − 15τ⁴ + 6τ⁵ has the greatest
@@ -305,41 +287,40 @@ ACCELERATION = 10 / math.sqrt(3) * (pi / 8)
 
 
 @pytest.mark.parametrize(
-    ("limits", "needed"),
+    ("rate", "acceleration", "needed"),
     [
-        ({"max_tilt_rate": 0.2}, RATE / 0.2),
-        ({"max_tilt_acceleration": 0.5}, math.sqrt(ACCELERATION / 0.5)),
-        (
-            {"max_tilt_rate": 0.3, "max_tilt_acceleration": 0.1},
-            math.sqrt(ACCELERATION / 0.1),
-        ),
-        ({"max_tilt_rate": 5.0, "max_tilt_acceleration": 50.0}, 1.0),
-        ({}, 1.0),
+        (0.2, None, RATE / 0.2),
+        (None, 0.5, math.sqrt(ACCELERATION / 0.5)),
+        (0.3, 0.1, math.sqrt(ACCELERATION / 0.1)),
+        (5.0, 50.0, 1.0),
+        (None, None, 1.0),
     ],
 )
 def test_the_default_duration_is_what_the_limits_need(
-    limits: dict[str, float], needed: float
+    rate: float | None, acceleration: float | None, needed: float
 ) -> None:
-    gait = gg.lift(G4.alpha[:, :2], "red", vehicle=gg.PAPER.replace(**limits))
+    limited = gg.PAPER.replace(max_tilt_rate=rate, max_tilt_acceleration=acceleration)
+    gait = gg.lift(G4.alpha[:, :2], "red", vehicle=limited)
     for start, end in (("hover", gait), (gait, "hover")):
         path = gg.transition(start, end)
         assert needed <= path.duration <= needed + 1.0001e-3  # whole milliseconds
         assert path.reason is None
-        rate = path.report["tilt_rate"].value
-        assert rate == pytest.approx(RATE / path.duration)
+        assert path.report["tilt_rate"].value == pytest.approx(RATE / path.duration)
         faster = gg.transition(start, end, duration=0.99 * needed)
         assert faster.report.flyable is (needed == 1)
         np.testing.assert_array_equal(faster.path, path.path)
 
 
-def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
-    for name, limits in (
-        ("tilt_range", {"max_tilt": 0.5}),
-        ("thrust_limit", {"max_thrust": 1.0}),
-    ):
-        vehicle = gg.PAPER.replace(**limits)
-        wide = around(-0.9, 0.9, 0.3).alpha[:, :2]
-        path = gg.transition("hover", gg.lift(wide, "red", vehicle=vehicle))
-        assert path.report.valid
-        assert not path.report[name].ok
-        assert path.reason == path.report[name].message
+@pytest.mark.parametrize(
+    ("name", "limit"),
+    [("tilt_range", {"max_tilt": 0.5}), ("thrust_limit", {"max_thrust": 1.0})],
+)
+def test_the_limits_of_the_vehicle_are_limits_of_the_way(
+    name: str, limit: dict[str, float]
+) -> None:
+    wide = around(-0.9, 0.9, 0.3).alpha[:, :2]
+    gait = gg.lift(wide, "red", vehicle=gg.PAPER.replace(**limit))
+    path = gg.transition("hover", gait)
+    assert path.report.valid
+    assert not path.report[name].ok
+    assert path.reason == path.report[name].message
