@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from gaitgraph.errors import InputError
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.graph.walks import (
@@ -108,25 +107,6 @@ def test_cycles_are_those_of_the_graph_of_usable_edges_as_it_was(
         assert cycle.length == cycle.cost == pytest.approx(length, abs=1e-11)
 
 
-def test_cycles_come_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first one takes a search for each edge, and each further one a few."""
-    simple_paths: Any = nx.algorithms.simple_paths
-    search = simple_paths._bidirectional_dijkstra
-    searches: list[Any] = []
-
-    def counted(*arguments: Any, **options: Any) -> Any:
-        searches.append(arguments)
-        return search(*arguments, **options)
-
-    monkeypatch.setattr(simple_paths, "_bidirectional_dijkstra", counted)
-    graph = surface_graph("negative")
-    listed = cycles(graph)
-    assert len(next(listed).nodes) == 3
-    assert len(searches) <= graph.number_of_edges() + 10
-    next(islice(listed, 98, None))
-    assert len(searches) <= graph.number_of_edges() + 1000
-
-
 def test_max_length_includes_cycles_of_that_length() -> None:
     """Four diagonals: rounding each to 1e-12 rad makes the sum longer than the number itself."""
     graph = surface_graph("negative")
@@ -152,16 +132,14 @@ def test_what_a_cycle_says_is_what_its_report_says(
     sign: Any, use: Any, waypoints: Any
 ) -> None:
     graph = surface_graph(sign, divisions=12, waypoints=waypoints)
-    near = [
-        name
-        for name, data in graph.nodes(data=True)
-        if not waypoints
-        or any(
-            math.dist((data["alpha1"], data["alpha2"]), point) < 0.4
-            for point in waypoints
-        )
-    ]
-    listed = list(islice(cycles(graph.subgraph(near), require=use), 500))
+    if waypoints:
+        far = [
+            name
+            for name, data in graph.nodes(data=True)
+            if math.dist((data["alpha1"], data["alpha2"]), waypoints[0]) > 0.6
+        ]
+        graph.remove_nodes_from(far)
+    listed = list(islice(cycles(graph, require=use), 500))
     for cycle in listed[:: len(listed) // 6]:
         report = cycle.report
         told = json.loads(json.dumps(cycle.as_mapping(), allow_nan=False))
@@ -171,14 +149,11 @@ def test_what_a_cycle_says_is_what_its_report_says(
         assert told["types"] == list(cycle.path.types)
         assert (told["color"], told["sign"]) == (cycle.path.color, sign)
         assert told["length"] == pytest.approx(cycle.path.length, abs=1e-10)
-        verdict = (
-            "flyable" if cycle.flyable else "valid" if cycle.valid else "not valid"
-        )
-        assert f" {verdict} " in str(cycle)
+        words = {True: " flyable ", False: " valid "}
+        assert (words[cycle.flyable] if cycle.valid else " not valid ") in str(cycle)
         if cycle.flyable:
-            assert told["least_singular_value"] == pytest.approx(
-                report["least_singular_value"].value, abs=2e-5
-            )
+            least = report["least_singular_value"].value
+            assert told["least_singular_value"] == pytest.approx(least, abs=2e-5)
 
 
 def test_cycles_of_a_request_are_of_both_signs_in_order_of_length() -> None:
@@ -249,37 +224,6 @@ def test_ties_are_broken_by_fewest_turns() -> None:
     assert turns == 4  # two bends, and a turn at each end
 
 
-def test_walks_follow_own_costs() -> None:
-    graph = surface_graph("negative")
-    stops = [["014 002 red"], ["010 006 red"]]
-
-    def one_for_straight_edges(_a: Any, _b: Any, edge: Any) -> float | None:
-        return 1.0 if edge["length"] < 0.2 else None  # diagonals are hidden
-
-    walk = closed_walk(graph, stops, weight=one_for_straight_edges)
-    assert isinstance(walk, ClosedWalk)
-    assert walk.cost == len(walk.nodes) == 16
-    assert walk.length == pytest.approx(math.pi)
-    named = graph.copy()
-    nx.set_edge_attributes(
-        named,
-        {
-            edge: one_for_straight_edges(*edge, graph.edges[edge])
-            for edge in graph.edges
-        },
-        "own",
-    )
-    assert closed_walk(named, stops, weight="own") == walk
-
-
-@pytest.mark.parametrize("cost", [math.nan, math.inf, -1, "1", True])
-def test_a_cost_that_is_no_number_is_named_with_its_edge(cost: Any) -> None:
-    graph = surface_graph("negative")
-    stops = [["014 002 red"], ["010 006 red"]]
-    with pytest.raises(InputError, match="^weight must be .* on the edge from"):
-        closed_walk(graph, stops, weight=lambda *_: cost)
-
-
 def test_a_walk_of_one_stop_is_a_point_and_a_blocked_one_names_its_leg() -> None:
     graph = surface_graph()
     here, near, cut = "014 002 red", "013 003 red", "012 004 red"
@@ -331,16 +275,6 @@ def test_many_places_have_a_good_order() -> None:
     better = shortest_order(80, lambda a, b: again[a, b]) or ()
     assert total(better, again) <= total(range(80), again)
     assert shortest_order(11, lambda a, b: 0.0) == tuple(range(11))
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_the_direction_of_an_order_is_that_whose_second_place_comes_first(
-    seed: int,
-) -> None:
-    places = np.random.default_rng(seed).uniform(0, 1, (12, 2))
-    order = shortest_order(12, lambda a, b: math.dist(places[a], places[b])) or ()
-    assert order[0] == 0
-    assert order[1] < order[-1]
 
 
 @pytest.mark.parametrize("seed", range(4))
