@@ -132,13 +132,10 @@ def test_what_a_cycle_says_is_what_its_report_says(
     sign: Any, use: Any, waypoints: Any
 ) -> None:
     graph = surface_graph(sign, divisions=12, waypoints=waypoints)
-    if waypoints:
-        far = [
-            name
-            for name, data in graph.nodes(data=True)
-            if math.dist((data["alpha1"], data["alpha2"]), waypoints[0]) > 0.6
-        ]
-        graph.remove_nodes_from(far)
+    for name, data in [*graph.nodes(data=True)] if waypoints else []:
+        place = data["alpha1"], data["alpha2"]
+        if min(math.dist(place, point) for point in waypoints) > 0.4:
+            graph.remove_node(name)
     listed = list(islice(cycles(graph, require=use), 500))
     for cycle in listed[:: len(listed) // 6]:
         report = cycle.report
