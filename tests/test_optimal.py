@@ -12,7 +12,7 @@ import pytest
 import shapely
 from scipy import ndimage
 
-from gaitgraph.errors import Infeasible, MissingConstant
+from gaitgraph.errors import Infeasible
 from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
     least_singular_value,
@@ -23,7 +23,7 @@ from gaitgraph.optimization.least_effort import (
     SmoothLoop,
     control_points_along,
 )
-from gaitgraph.optimization.optimize import CLEARANCE, highest_level, level_region
+from gaitgraph.optimization.optimize import CLEARANCE, highest_level
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Discs, Zones, component_meeting
 from gaitgraph.validation.validating import validate
@@ -228,34 +228,23 @@ def test_a_larger_concession_gives_a_calmer_gait() -> None:
     assert loose.effort < tight.effort
 
 
-@pytest.mark.parametrize(("count", "pieces"), [(1, 36), (25, 240)])
-def test_there_are_so_many_pieces_by_default(count: int, pieces: int) -> None:
-    points = [(-0.6, 0.5 + 1e-3 * k) for k in range(count)]
-    found = optimal_gait(points, radius=0.2, objective="hover_reserve")
-    assert len(found.curve.breaks) == pieces + 1
-
-
 def test_rates_are_judged_along_the_curve() -> None:
     names = ("tilt_rate", "tilt_acceleration", "tilt_jerk")
     quick = PAPER.replace(**dict.fromkeys((f"max_{name}" for name in names), 1.0))
     asked: Any = {"vehicle": quick, "radius": 0, "pieces": 24, "sign": "negative"}
     found = optimal_gait(SQUARE, **asked)
-    broken = {check.name for check in found.report.checks if not check.ok}
-    assert broken == set(names)
+    assert {check.name for check in found.report.checks if not check.ok} == set(names)
     t = np.linspace(0, 1, 50_001)
     for order, name in enumerate(names, start=1):
         peaks = np.abs(found.curve.at(t, order)).max(axis=0)
         np.testing.assert_allclose(found.timed().peaks(order), peaks, rtol=1e-3)
         assert found.report[name].value == pytest.approx(peaks.max(), rel=1e-3)
-        slower = found.timed().with_period(2.0).peaks(order)
-        np.testing.assert_allclose(slower, peaks / 2**order, rtol=1e-3)
     assert optimal_gait(SQUARE, period=90.0, **asked).report.flyable
 
 
 def test_tables_and_json_are_read_again(tmp_path: Path) -> None:
     found = found_in("reserve")
     table = found.table(samples=200)
-    assert (table.alpha[0] == table.alpha[-1]).all()
     slopes = np.gradient(table["alpha1"], table["t"])[1:-1]
     np.testing.assert_allclose(table["alpha1_rate"][1:-1], slopes, atol=0.02)
     (tmp_path / "gait.json").write_text(json.dumps(found.as_mapping()))
@@ -287,25 +276,6 @@ def square_problem() -> tuple[LeastEffort, SmoothLoop]:
     return LeastEffort(within, discs, CLEARANCE), loop
 
 
-def test_rounding_does_not_change_what_is_found() -> None:
-    """As other processors round; discs of all kinds are passed in order, and each loop takes less effort."""
-    centers = [(1.2, -1.2), (1.2, -0.4), (1.1, -0.35), (0.4, -0.4)]
-    discs = discs_of(centers, [0.05, 0.02, 0.0, 0.1])
-    problem = LeastEffort(square_problem()[0].polygon, discs, CLEARANCE)
-    points, knots = control_points_along(np.array(centers), 24)
-    for seed in range(2):
-        noise = np.random.default_rng(seed).uniform(-2e-16, 2e-16, points.shape)
-        start = SmoothLoop(points=points * (1 + noise), passes=knots.astype(float))
-        loop, history = problem.solve(start)
-        assert history == sorted(history, reverse=True)
-        assert history[0] == pytest.approx(10.26325, rel=1e-6)
-        assert history[-1] == pytest.approx(6.174707806, rel=1e-6)
-    residual, held, by_border = problem.program(loop).stationarity()
-    assert (residual < 1e-5, held, by_border) == (True, (0, 1, 2, 3), False)
-    still = SmoothLoop(points=0 * points, passes=loop.passes)
-    assert problem.evened(still) is None
-
-
 def test_no_small_change_needs_less_effort() -> None:
     problem, start = square_problem()
     loop, _ = problem.solve(start)
@@ -323,6 +293,11 @@ def test_no_small_change_needs_less_effort() -> None:
     assert tried > 5
 
 
+APART = [
+    shapely.box(x, -x, x + 0.2, 0.2 - x).exterior.coords[:-1] for x in (-0.3, -1.1)
+]
+
+
 # -- Answers that are no
 
 
@@ -331,27 +306,14 @@ def test_no_small_change_needs_less_effort() -> None:
     [
         ([(-0.2, 0.2), (0.8, -0.8)], {"radius": 0.05}, "R > 0: waypoint 2"),
         ([(-0.2, 0.2), (0.8, -0.8)], {"radius": 0.05}, "R < 0: waypoint 1"),
-        (
-            [(-0.2, 0.4), (-1.0, 1.2)],
-            {
-                "sign": "positive",
-                "keep_in": [
-                    shapely.box(x, -x, x + 0.2, 0.2 - x).exterior.coords[:-1]
-                    for x in (-0.3, -1.1)
-                ],
-            },
-            "waypoints 1 and 2 lie in different parts",
-        ),
+        ([(-0.2, 0.4), (-1.0, 1.2)], {"keep_in": APART}, "lie in different parts"),
         ([(0, 0)], {"floor": 2.0}, "of this vehicle is at most 1.1710"),
     ],
 )
 def test_why_there_is_none(points: Any, options: Any, told: str) -> None:
     none = optimal_gait(points, **options)
-    assert (bool(none), none.status, none.as_mapping()["path"]) == (
-        False,
-        "infeasible",
-        [],
-    )
+    assert (bool(none), none.status) == (False, "infeasible")
+    assert none.as_mapping()["path"] == []
     assert told in str(none.reason)
     with pytest.raises(Infeasible):
         none.table()
@@ -363,12 +325,3 @@ def test_a_disc_outside_is_told_the_nearest_place() -> None:
     away = math.dist(nearest, (1.2, 1.2))
     told = f"({nearest[0]:.4f}, {nearest[1]:.4f}), is {away:.4f} rad away"
     assert told in str(far.reason)
-
-
-def test_a_reserve_needs_a_mass_where_thrust_is_limited() -> None:
-    level = level_region("hover_reserve", found_in("weak").bound * 1.001, WEAK)
-    discs = discs_of(CASES["weak"][0], 0.05)
-    assert component_meeting(level.outer, discs) is None
-    massless = Vehicle(drag_ratio=0.1, max_thrust=1.0)
-    with pytest.raises(MissingConstant):
-        optimal_gait([(0, 0)], objective="hover_reserve", vehicle=massless)

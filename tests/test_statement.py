@@ -339,23 +339,6 @@ def test_a_gait_that_reaches_a_limit_is_flyable_as_a_table(tmp_path: Path) -> No
     assert not gg.validate(bare, vehicle=vehicle)["tilt_range"].ok
 
 
-def test_rows_that_are_lifted_may_state_rates(tmp_path: Path) -> None:
-    zeros = dict.fromkeys(RATES, np.zeros(3))
-    columns = {
-        "t": [0.0, 1.0, 2.0],
-        "alpha1": [-0.3, -0.3, -0.6],
-        "alpha2": [0.3, 0.6, 0.6],
-    }
-    frame = {**columns, "color": "red", **zeros}
-    assert gg.validate(frame).flyable
-    assert gg.retarget(frame)
-    with pytest.raises(Infeasible, match="cubics through their rates"):
-        gg.certify(frame)
-    assert gg.certify({**columns, "color": "red"})
-    wrong = gg.validate({**frame, "R": [9.0, 9.0, 9.0]})
-    assert any("row 1 states R = 9" in one for one in wrong.warnings)
-
-
 def test_rows_that_are_lifted_are_joined_through_their_rates() -> None:
     # Joined through these rates alpha1 passes hover's border, atan(kappa), between rows.
     border = math.atan(gg.PAPER.signed_drag_ratio)
@@ -380,18 +363,6 @@ def test_rows_that_are_lifted_are_joined_through_their_rates() -> None:
     stated = {"corners": CORNERS, "law": "smooth", "period": 2.0, "samples": 2}
     with pytest.warns(FileWarning, match="not all angles"):
         assert RATES[0] not in joined(Table(columns=fitting, about=stated))
-
-
-def test_coarse_times_beside_rates_alone_break_no_limit() -> None:
-    gait = gg.lift(CORNERS, "red")
-    peak = float(gait.parametrize(2.2089).peaks(2).max())
-    limited = gg.PAPER.replace(max_tilt_acceleration=peak * 1.001)
-    timed = replace(gait, vehicle=limited).parametrize(2.2089, samples=180)
-    table = rounded(table_of(timed), 4, 2)
-    columns = {name: table[name] for name in ("t", *ANGLES, *RATES)}
-    alone = Table(columns=columns, about=table.about)
-    assert given_gait(alone).motion is not None
-    assert gg.validate(alone).flyable
 
 
 @pytest.mark.parametrize("samples", [9, 25, 59])
