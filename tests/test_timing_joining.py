@@ -12,7 +12,6 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES
 from gaitgraph.invertibility import hover_thrust_shares
-from gaitgraph.io.exporting import export
 from gaitgraph.timing import Limits, least_period
 from gaitgraph.timing.joining import RunUp, played, run_up
 from gaitgraph.timing.timed_gait import RowTimedGait, table_of
@@ -148,12 +147,9 @@ def test_the_motion_of_rows_passes_their_rates_and_accelerations() -> None:
     # Its largest derivatives: a bound that is near those of many samples.
     for order, values in ((1, found.rates), (2, found.accelerations)):
         share = np.abs(values).max(axis=0) / motion.peaks(order)
-        assert share.max() <= 1 + 1e-12
-        assert share.min() > 0.98
+        assert 0.98 < share.min() <= share.max() <= 1 + 1e-12
     slower = motion.with_period(2.0).at(2 * t)
     np.testing.assert_allclose(4 * slower.accelerations, found.accelerations, atol=1e-9)
-    straight = played(circle(40, rates=False))
-    assert np.abs(straight.at(0.0).rates[1] - table["alpha2_rate"][0]) > 0.05
 
 
 # -- Entries and exits
@@ -197,24 +193,23 @@ def test_from_gait_to_gait_the_one_stops_and_the_other_starts() -> None:
     slower = timed.with_period(2 * timed.period).at(2 * t)
     for order, values in enumerate(timed.at(t)):
         np.testing.assert_allclose(2**order * slower[order], values, atol=1e-9)
-    ends = timed.at([-1.0, timed.period + 1.0])
-    assert not ends.rates.any()
-    np.testing.assert_allclose(ends.alpha, path.table.alpha[[0, -1]], atol=1e-12)
+    assert not timed.at([-1.0, timed.period + 1.0]).rates.any()
 
 
 def test_an_entry_takes_as_long_as_the_limits_of_table_and_vehicle_need() -> None:
     slow = fastest("2deg", rate=0.4, acceleration=10)
     turn = np.abs(slow.at(0.0).alpha).max()
-    for motion in (slow, table_of(slow)):
-        path = gg.transition("hover", motion)
-        assert path.duration == pytest.approx(15 / 8 * turn / 0.4, abs=2e-3)
-        assert path.report["tilt_rate"].limit == 0.4
-        assert path.report["tilt_rate"].ok
-        fast = gg.transition("hover", motion, duration=1.0)
-        assert "limit 0.4" in str(fast.reason)
     quick = gg.PAPER.replace(max_tilt_rate=2.0)
-    both = gg.transition("hover", table_of(slow), vehicle=quick)
-    assert (both.duration, both.reason) == (path.duration, None)
+    for motion, vehicle in (
+        (slow, None),
+        (table_of(slow), None),
+        (table_of(slow), quick),
+    ):
+        path = gg.transition("hover", motion, vehicle=vehicle)
+        assert path.duration == pytest.approx(15 / 8 * turn / 0.4, abs=2e-3)
+        assert (path.reason, path.report["tilt_rate"].limit) == (None, 0.4)
+        fast = gg.transition("hover", motion, vehicle=vehicle, duration=1.0)
+        assert "limit 0.4" in str(fast.reason)
     weak = gg.PAPER.replace(max_tilt_acceleration=0.5)
     rested = table_of(GAIT.parametrize(20.0))
     assert gg.transition("hover", rested).duration == 1.0
@@ -228,17 +223,6 @@ def test_a_table_is_joined_at_its_first_row_and_a_gait_at_the_nearest_corner() -
         path = gg.transition("hover", with_times)
         assert (path.corners, path.run_up) == ((None, 0), None)
         np.testing.assert_array_equal(path.path[-1], turned.alpha[0])
-
-
-def test_an_entry_is_sampled_anew_within_the_limits(tmp_path: Path) -> None:
-    entry = gg.transition("hover", rounded())
-    entry.write(tmp_path / "entry.csv")
-    export(tmp_path / "entry.csv", tmp_path / "again.csv", samples=37)
-    table = gg.read_table(tmp_path / "again.csv")
-    expected = entry.timed.at(np.linspace(0, entry.timed.period, 38))
-    np.testing.assert_allclose(table.alpha, expected.alpha, atol=1e-7)
-    report = gg.validate(tmp_path / "again.csv")
-    assert (report.flyable, report["tilt_rate"].limit) == (True, 6.0)
 
 
 @pytest.mark.parametrize("leaves", [False, True])
@@ -260,23 +244,21 @@ def test_the_report_of_a_joined_path_is_of_all_its_sections(leaves: bool) -> Non
 
 def test_rows_that_were_moved_are_no_joined_path_any_more(tmp_path: Path) -> None:
     entry = gg.transition("hover", rounded())
-    entry.write(tmp_path / "entry.json")
-    table = gg.read_table(tmp_path / "entry.json")
+    path = tmp_path / "entry.json"
+    entry.write(path)
+    table = gg.read_table(path)
     motion: Any = table.motion
     t = np.linspace(0, motion.period, 301)
     np.testing.assert_allclose(motion.at(t), entry.timed.at(t), atol=1e-9)
     moved = table.columns | {"alpha1": table["alpha1"] + 1e-4 * (table["t"] > 0.5)}
-    changed = [gg.Table(columns=moved, about=table.about)]
-    sections = table.about["sections"]
-    wrongs: list[Any] = [[], [{}], sections[:1], [*sections, sections[0]], "path", 1]
-    for wrong in wrongs:
-        about = table.about | {"sections": wrong}
-        changed.append(gg.Table(columns=table.columns, about=about))
-    for one in changed:
-        gg.io.write_tables(one, [tmp_path / "changed.json"], force=True)
+    stated = table.about["sections"]
+    wrong: list[Any] = [[], [{}], stated[:1], [*stated, stated[0]], "path", 1]
+    changed = [(table.columns, sections) for sections in wrong]
+    for columns, sections in [(moved, stated), *changed]:
+        about = table.about | {"sections": sections}
+        gg.io.write_tables(gg.Table(columns=columns, about=about), [path], force=True)
         with pytest.warns(gg.errors.FileWarning, match="states of its motion is not"):
-            again = gg.read_table(tmp_path / "changed.json")
-        assert again.motion is None
+            assert gg.read_table(path).motion is None
 
 
 def test_a_gait_that_only_its_rows_describe_may_need_more_of_them(
@@ -289,14 +271,3 @@ def test_a_gait_that_only_its_rows_describe_may_need_more_of_them(
         entry = gg.transition("hover", path)
         assert entry.report.flyable is flyable
         assert ("more of them may be enough" in str(entry)) is not flyable
-
-
-def test_the_command_enters_and_leaves_a_rounded_file(run: Any, tmp_path: Path) -> None:
-    rounded().write(tmp_path / "rounded.csv")
-    for ends in (("hover", "rounded.csv"), ("rounded.csv", "hover")):
-        assert run("transition", *ends, "--output", f"{ends[1]}.csv").code == 0
-        assert run("validate", f"{ends[1]}.csv").code == 0
-    limited = 'preset = "paper"\nmax_tilt_acceleration = 100\n'
-    (tmp_path / "slow.toml").write_text(limited)
-    refused = run("transition", "hover", "rounded.csv", "--vehicle", "slow.toml")
-    assert (refused.code, "limit 100" in refused.out) == (1, True)

@@ -63,14 +63,12 @@ def test_a_triangle_wave_has_its_closed_form(tau: float) -> None:
     """Constant rates ±v, each for half a period: the error settles to v·τ·tanh(T/4τ) at the turns."""
     gait = lift([(0.4, -0.4), (1.2, -0.4)], "red")
     response = servo_response(gait.parametrize(2.0, law="constant-speed"), tau)
-    rate = 0.8
+    rate, h = 0.8, response.t[1]
     edge = rate * tau * np.tanh(2.0 / (4 * tau))
-    half = int(np.searchsorted(response.t, 1.0 - 1e-9))
-    curve = rate * tau - (rate * tau + edge) * np.exp(-response.t[: half + 1] / tau)
-    np.testing.assert_allclose(response.error[: half + 1, 0], curve, atol=1e-12)
+    half = response.t <= 1.0
+    curve = rate * tau - (rate * tau + edge) * np.exp(-response.t[half] / tau)
+    np.testing.assert_allclose(response.error[half, 0], curve, atol=1e-12)
     assert not response.error[:, [1, 3]].any()
-    assert response.peak[0] == pytest.approx(edge, rel=1e-3)
-    h = response.t[1]
     most = h**2 / 4 * rate / tau + h * rate  # between times, and beside the commands
     assert response.slack[0] == pytest.approx(min(most, rate * tau - edge))
 
@@ -132,10 +130,5 @@ def test_the_vehicle_states_the_lag() -> None:
     response = servo_response(timed)
     assert response.lag.tolist() == response.as_mapping()["lag"] == UNEQUAL
     assert servo_response(timed, 0.048).as_mapping()["lag"] == 0.048
-    assert response.as_mapping()["peak_error"] == response.peak.tolist()
-    assert "least singular value" in str(response)
     with pytest.raises(gg.errors.MissingConstant, match="servo_lag"):
         servo_response(SQUARE.parametrize(1.0))
-    # The longest lag that is allowed.
-    slow = servo_response(SQUARE.parametrize(1.0), 1e6)
-    assert np.ptp(slow.actual, axis=0).max() < 1e-5
