@@ -12,7 +12,7 @@ import pytest
 import shapely
 from scipy import ndimage
 
-from gaitgraph.errors import Infeasible
+from gaitgraph.errors import Infeasible, MissingConstant
 from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
     least_singular_value,
@@ -325,3 +325,9 @@ def test_a_disc_outside_is_told_the_nearest_place() -> None:
     away = math.dist(nearest, (1.2, 1.2))
     told = f"({nearest[0]:.4f}, {nearest[1]:.4f}), is {away:.4f} rad away"
     assert told in str(far.reason)
+
+
+def test_a_reserve_needs_a_mass_where_thrust_is_limited() -> None:
+    massless = Vehicle(drag_ratio=0.1, max_thrust=1.0)
+    with pytest.raises(MissingConstant):
+        optimal_gait([(0, 0)], objective="hover_reserve", vehicle=massless)

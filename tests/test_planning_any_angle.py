@@ -223,7 +223,7 @@ def test_no_loop_is_more_robust(
     monkeypatch.setattr("gaitgraph.planning.any_angle._ROBUST_STEPS", 12)
     asked: Any = {"objective": "robust", "keep_out": keep_out, "accuracy": 0.01}
     plan = exact(points, **asked)
-    best = least_singular_value_on_red(*np.array(worst).T).min()
+    best = least_singular_value(on_red(*np.array(worst).T)).min()
     value = plan.report["least_singular_value"].value
     assert value == pytest.approx(best, abs=1e-5)
     assert loop_of(exact(points, keep_out=keep_out)).length <= loop_of(plan).length

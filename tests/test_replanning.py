@@ -89,7 +89,7 @@ def test_random_requests_are_answered_by_the_shortest_paths_and_they_fly(
         # The least singular value is proven, and near to what is sampled.
         ends = path_of(answer)
         points = points_of(ends[:-1], ends[1:], 300).reshape(-1, 2)[:, [0, 1, 0, 1]]
-        values = least_singular_value_on_red(points[:, 0], points[:, 1], vehicle)
+        values = least_singular_value(points, vehicle)
         worst = scaled_decoupling_matrix(points[values.argmin()], vehicle)
         with mpmath.workdps(30):
             exact = min(mpmath.svd(mpmath.matrix(worst), compute_uv=False))
