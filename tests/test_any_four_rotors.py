@@ -130,12 +130,8 @@ def test_a_pair_that_stays_symmetric_has_a_fibre() -> None:
 
 def test_every_form_of_a_gait_is_judged_by_physics() -> None:
     gait = gg.Gait(alpha=ROWS, vehicle=ODD)
-    for form, options in (
-        (gait, {}),
-        (gait.parametrize(2.0), {}),
-        (ROWS, {"vehicle": ODD}),
-    ):
-        report = gg.validate(form, **options)
+    of_rows = gg.validate(ROWS, vehicle=ODD)
+    for report in (gg.validate(gait), gg.validate(gait.parametrize(2.0)), of_rows):
         assert (report.valid, report.two_color, report.flyable) == (None, None, True)
         assert report.hover_thrusts is not None
     rows = np.column_stack([np.linspace(0, 0.1, 5)] * 4)

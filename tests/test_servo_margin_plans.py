@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -16,7 +16,6 @@ from gaitgraph.graph.build import surface_graph
 from gaitgraph.invertibility.error_margins import servo_margin
 from tests.published import GAITS
 from tests.samples import loop_of
-
 
 GAIT_4 = GAITS[3].waypoints
 

@@ -331,7 +331,7 @@ def test_a_time_halfway_between_two_digits_is_the_stated_one(tmp_path: Path) -> 
 def test_a_gait_that_reaches_a_limit_is_flyable_as_a_table(tmp_path: Path) -> None:
     """A corner at the limit between two rows, which the cubics pass by some 1e-6 rad."""
     vehicle = FAST.replace(max_tilt="50deg")
-    points = [(-0.2, 0.3), ("-50deg", 0.35), (-0.6, 0.8)]
+    points: Any = [(-0.2, 0.3), ("-50deg", 0.35), (-0.6, 0.8)]
     gg.plan_loop(points, vehicle=vehicle).timed().write(tmp_path / "a.csv")
     assert gg.validate(tmp_path / "a.csv").flyable
     # Without the motion the cubics are all there is.
@@ -423,7 +423,7 @@ def test_a_stated_error_of_angles_raises_no_limit(tmp_path: Path) -> None:
         assert not gg.validate(tmp_path / "a.json")["tilt_rate"].ok
 
 
-def dense_check(report: gg.Report, table: Table, vehicle: gg.Vehicle) -> None:
+def dense_check(report: gg.Report, table: Table, vehicle: Any) -> None:
     """Assert that nothing is called flyable where rows as they are joined break a condition."""
     if not report.flyable:
         return
