@@ -274,17 +274,19 @@ def test_many_places_have_a_good_order() -> None:
     assert shortest_order(11, lambda a, b: 0.0) == tuple(range(11))
 
 
+@pytest.mark.parametrize(("number", "until"), [(12, 0.0), (201, 1e12)])
 @pytest.mark.parametrize("seed", range(4))
 def test_without_time_each_place_is_followed_by_the_nearest_if_that_is_shorter(
-    seed: int,
+    seed: int, number: int, until: float
 ) -> None:
-    places = np.random.default_rng(seed).uniform(0, 1, (12, 2))
+    """So it is for more than 200 places, since the better algorithm cannot be stopped."""
+    places = np.random.default_rng(seed).uniform(0, 1, (number, 2))
     apart = np.linalg.norm(places[:, None] - places, axis=2)
-    order = shortest_order(12, lambda a, b: math.nan, apart, until=0.0) or ()
-    nearest, left = [0], set(range(1, 12))
+    order = shortest_order(number, lambda a, b: math.nan, apart, until=until) or ()
+    nearest, left = [0], set(range(1, number))
     while left:
         here = nearest[-1]
         nearest.append(min(left, key=lambda place: apart[here, place]))
         left.remove(nearest[-1])
-    given = list(range(12))
+    given = list(range(number))
     assert list(order) == min((given, nearest), key=lambda way: total(way, apart))

@@ -187,17 +187,18 @@ def test_a_straight_loop_is_taken_where_its_report_allows_it() -> None:
         report = gg.lift(points, "red", vehicle=vehicle).check(**asked)
         if abs((report["least_singular_value"].value or 0) - asked["floor"]) < 1e-5:
             continue
-        request = plan_request(points, vehicle=vehicle, **asked)
-        branches = [
-            Branch(request=request, color="red", sign=sign, require="flyable")
+        search = Search(plan_request(points, vehicle=vehicle, **asked))
+        loops = [
+            straight_loop(Branch(search=search, color="red", sign=sign, require=FLIES))
             for sign in SIGNS
         ]
-        assert any(map(straight_loop_holds, branches)) is report.flyable
+        assert any(loops) is report.flyable
         seen.append(report.flyable)
     assert 5 < sum(seen) < len(seen) - 5
 
 
 SIGNS: tuple[Any, ...] = ("positive", "negative")
+FLIES: Any = "flyable"
 
 
 # -- The most robust of all
