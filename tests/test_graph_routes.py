@@ -282,7 +282,7 @@ def test_without_time_each_place_is_followed_by_the_nearest_if_that_is_shorter(
     """So it is for more than 200 places, since the better algorithm cannot be stopped."""
     places = np.random.default_rng(seed).uniform(0, 1, (number, 2))
     apart = np.linalg.norm(places[:, None] - places, axis=2)
-    order = shortest_order(number, lambda a, b: math.nan, apart, until=until) or ()
+    order = shortest_order(number, lambda a, b: apart[a, b], apart, until=until) or ()
     nearest, left = [0], set(range(1, number))
     while left:
         here = nearest[-1]
