@@ -15,6 +15,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
+from types import MappingProxyType
 from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ from gaitgraph.planning.any_angle import Leg, shortest_path
 from gaitgraph.planning.branch import Branch, Search
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.curved import hover_on_sheet, sheet_of
-from gaitgraph.surface.sheets import home_in_words, red_label, separating_factor
+from gaitgraph.surface.sheets import home_in_words, separating_factor
 from gaitgraph.timing.joining import (
     HOVER,
     JoinedPath,
@@ -155,11 +156,13 @@ class Transition(Pictured):
     @property
     def _ends(self) -> dict[str, Any]:
         """The corners that the path leaves and joins, counted from 1, and the run-down and the run-up, if any."""
-        numbers = (None if corner is None else corner + 1 for corner in self.corners)
-        ends: dict[str, Any] = dict(
-            zip(("leaves_corner", "joins_corner"), numbers, strict=True)
-        )
-        for name, run in (("run_down", self.run_down), ("run_up", self.run_up)):
+        ends: dict[str, Any] = {}
+        for name, corner in zip(
+            ("leaves_corner", "joins_corner"), self.corners, strict=True
+        ):
+            ends[name] = None if corner is None else corner + 1
+        for name in ("run_down", "run_up"):
+            run = getattr(self, name)
             if run is not None:
                 ends[name] = {"periods": run.periods, "duration": run.period}
         return ends
@@ -190,18 +193,24 @@ class Transition(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""
+        path: dict[str, Any] = {"path": [], "colors": [], "length": None}
+        path["duration"] = None
+        warnings: list[str] = []
+        if self.judged is not None:
+            path["path"] = self.path.tolist()
+            path["colors"] = list(self.gait.colors[: len(self.path)])
+            path["length"] = self.length
+            path["duration"] = self.timed.period
+            warnings = list(self.judged.warnings)
         return {
             "status": self.status,
             "reason": self.reason,
-            "path": self.path.tolist() if self else [],
-            "colors": list(self.gait.colors[: len(self.path)]) if self else [],
-            "length": self.length if self else None,
-            "duration": self.timed.period if self else None,
+            **path,
             "law": self.law,
             **self._ends,
             "proof": self.proof,
             **verdict_of(self.judged),
-            "warnings": [] if self.judged is None else list(self.judged.warnings),
+            "warnings": warnings,
         }
 
     def __repr__(self) -> str:
@@ -211,38 +220,40 @@ class Transition(Pictured):
 
     def __str__(self) -> str:
         if self.judged is None:
-            return f"No path: {self.reason}" + (
-                f"\nProof: {self.proof['statement']}." if self.proof else ""
-            )
-        ends = []
-        for corner, alpha, run in zip(
-            self.corners,
-            (self.path[0], self.path[-1]),
-            (self.run_down, self.run_up),
-            strict=True,
-        ):
-            angles = tuple(round(float(angle), 3) for angle in alpha)
-            if corner is None:
-                ends.append(HOVER)
-            elif run is None:
-                ends.append(f"corner {corner + 1} {angles}")
-            else:
-                ends.append(f"row 1 {angles}")
+            text = f"No path: {self.reason}"
+            if self.proof:
+                text += f"\nProof: {self.proof['statement']}."
+            return text
+        first = self._end_in_words(self.corners[0], self.path[0], self.run_down)
+        last = self._end_in_words(self.corners[1], self.path[-1], self.run_up)
         size = f"{len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}"
-        size += "" if self.length else ", nothing moves"
-        lines = [f"From {ends[0]} to {ends[1]}: {size}; checked there and back"]
+        if not self.length:
+            size += ", nothing moves"
+        how = "there and back"
         if self.run_down is not None or self.run_up is not None:
-            lines[0] = lines[0].replace("checked there and back", "checked as a table")
-        for run, text in (
-            (self.run_down, "before it the clock of the gait stops"),
-            (self.run_up, "after it the clock of the gait starts"),
-        ):
-            if run is not None:
-                number = f"{run.periods} period{'s' * (run.periods > 1)}"
-                lines.append(f"  {text}: {number} of it in {run.period:.4g} s")
-        if self.reason is not None and self.reason != self.report.reason:
+            how = "as a table"
+        lines = [f"From {first} to {last}: {size}; checked {how}"]
+        lines += _run_lines("before it the clock of the gait stops", self.run_down)
+        lines += _run_lines("after it the clock of the gait starts", self.run_up)
+        if self.reason is not None and self.reason != self.judged.reason:
             lines.append(f"  not flyable: {self.reason}")
-        return "\n".join([*lines, str(self.report)])
+        return "\n".join([*lines, str(self.judged)])
+
+    def _end_in_words(
+        self, corner: int | None, alpha: FloatArray, run: RunUp | None
+    ) -> str:
+        if corner is None:
+            return HOVER
+        place = "row 1" if run is not None else f"corner {corner + 1}"
+        return f"{place} {tuple(alpha.round(3).tolist())}"
+
+
+def _run_lines(what: str, run: RunUp | None) -> list[str]:
+    """Return the line on a run-up or a run-down, if there is one."""
+    if run is None:
+        return []
+    plural = "s" if run.periods > 1 else ""
+    return [f"  {what}: {run.periods} period{plural} of it in {run.period:.4g} s"]
 
 
 def transition(
@@ -295,10 +306,7 @@ def transition(
     >>> bool(transition("hover", lift([(1.2, -1.2)], "red")))
     False
     """
-    leaving = _end_of(start, "start", vehicle, coefficients)
-    joining = _end_of(end, "end", vehicle, coefficients)
-    hover = _hover_for([leaving, joining], vehicle, coefficients)
-    leaving, joining = leaving or hover, joining or hover
+    leaving, joining = _ends_of(start, end, vehicle, coefficients)
     first, last = leaving.gait, joining.gait
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
@@ -309,23 +317,17 @@ def transition(
     if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
         raise wrong("duration", "must be between 1e-6 and 5e8 s", duration)
     floor = checked_floor(floor)
-    answer = Transition(
-        there_and_back=None,
-        reason=None,
-        duration=_DURATION if duration is None else float(duration),
-        law=law,
-        samples=100,
+    seconds = _DURATION if duration is None else float(duration)
+    count = _checked_samples(seconds, law, samples, rate)
+    refused = Transition(
+        there_and_back=None, reason=None, duration=seconds, law=law, samples=count
     )
-    answer = replace(
-        answer, samples=_checked_samples(answer.duration, law, samples, rate)
-    )
-
     reason, proof = _refusal(first, last, floor)
     if reason is not None:
-        return replace(answer, reason=reason, proof=proof)
-    path = _shortest(leaving.place, joining.place, floor)
+        return replace(refused, reason=reason, proof=proof)
+    path = _shortest(leaving, joining, floor)
     if isinstance(path, str):
-        return replace(answer, reason=path)
+        return replace(refused, reason=path)
 
     alpha = np.vstack([path.alpha, path.alpha[-2:0:-1]])
     colors = first.colors[:1] * len(alpha)
@@ -334,14 +336,12 @@ def transition(
     limits = lowest_limits([leaving.limits, joining.limits])
     limited = replace(gait, vehicle=vehicle_within(gait.vehicle, limits))
     if duration is None:
-        answer = replace(answer, duration=_least_duration(limited, law))
+        seconds = _least_duration(limited, law)
     answer = replace(
-        answer,
+        refused,
         there_and_back=gait,
-        corners=(
-            None if leaving is hover else leaving.corners[path.leaves],
-            None if joining is hover else joining.corners[path.joins],
-        ),
+        corners=(leaving.numbers[path.leaves], joining.numbers[path.joins]),
+        duration=seconds,
         run_down=_run_up(leaving, stops=True),
         run_up=_run_up(joining),
         limits=limits,
@@ -350,11 +350,99 @@ def transition(
     return _judged(replace(answer, samples=count), limited, floor, leaving, joining)
 
 
+class _End(NamedTuple):
+    """An end of a path: a gait, its corners that a path may join, its motion if it has times, and its limits of rates.
+
+    The corners are those of a gait, `place`, with their numbers in the whole one, None for hover.
+    """
+
+    gait: Gait
+    place: Gait
+    numbers: Sequence[int | None]
+    motion: TimedGait | None = None
+    limits: Mapping[str, Each] = MappingProxyType({})
+
+
+def _ends_of(
+    start: GaitLike,
+    end: GaitLike,
+    vehicle: VehicleLike | None,
+    coefficients: CoefficientsLike | None,
+) -> list[_End]:
+    """Return both ends of a path; hover is that of the vehicle of the other end."""
+    ends: list[_End | None] = []
+    for name, handed in (("start", start), ("end", end)):
+        is_hover = isinstance(handed, str) and handed == HOVER
+        if is_hover:
+            ends.append(None)
+        else:
+            ends.append(_end_of(handed, name, vehicle, coefficients))
+    gaits = [known.gait for known in ends if known is not None]
+    if not gaits:
+        body = PAPER if vehicle is None else vehicle
+        standing = np.zeros((1, 4))
+        gaits = [Gait(alpha=standing, vehicle=body, coefficients=coefficients)]
+    hover = _hover_like(gaits[0])
+    return [known or hover for known in ends]
+
+
+def _hover_like(gait: Gait) -> _End:
+    """Return hover as an end, for the vehicle and the coefficients of a gait."""
+    rotors = gait.coefficients.rotors
+    colors = gait.colors[:1]
+    if rotors.asymmetry is None:
+        colors = ("red",)
+    hover = replace(gait, alpha=hover_on_sheet(rotors), colors=colors, request={})
+    return _End(hover, hover, [None])
+
+
+def _end_of(
+    handed: GaitLike,
+    name: str,
+    vehicle: VehicleLike | None,
+    coefficients: CoefficientsLike | None,
+) -> _End:
+    """Return a gait as an end: all its corners, or the first row of one with times."""
+    given = given_gait(
+        handed, vehicle=vehicle, coefficients=coefficients, name=name, once=False
+    )
+    table = given.table
+    has_times = given.motion is not None if table is None else "t" in table
+    if has_times:
+        motion = played(given)
+        limits: Mapping[str, Any] = motion.made_for if table is None else table.limits
+        place = replace(
+            motion.gait,
+            alpha=motion.at(0.0).alpha[None],
+            colors=motion.gait.colors[:1],
+            request={},
+        )
+        each = {kind: tuple(limit) for kind, limit in limits.items()}
+        return _End(motion.gait, place, [0], motion, each)
+    place = given.gait
+    numbers = list(range(len(place.alpha)))
+    if is_lifted(place):  # the law `smooth` rests at some of its rows
+        numbers = path_of(place).corners.tolist()
+        place = replace(place, alpha=place.alpha[numbers])
+    return _End(given.gait, place, numbers)
+
+
 def _run_up(end: _End, *, stops: bool = False) -> RunUp | None:
     """Return the run-up of a gait in motion where the path joins it, or with `stops` its run-down; else None."""
     if end.motion is None:
         return None
     return run_up(end.motion, stops=stops)
+
+
+def _checked_samples(
+    duration: float, law: LawName, samples: int | None, rate: float | None
+) -> int:
+    """Return the number of intervals one way; there and back has twice as many."""
+    count = checked_clock(duration, law, samples=samples, rate=rate)
+    if count > MOST_SAMPLES // 2:
+        name, value = ("samples", samples) if rate is None else ("rate", rate)
+        raise wrong(name, f"must give at most {MOST_SAMPLES // 2} samples", value)
+    return count
 
 
 def _least_duration(limited: Gait, law: LawName) -> float:
@@ -393,83 +481,6 @@ def _judged(answer: Transition, limited: Gait, floor: float, *ends: _End) -> Tra
     return replace(answer, reason=reason, judged=report)
 
 
-class _End(NamedTuple):
-    """A gait at an end of a path: the whole, the corners that may be joined, its motion, and its limits of rates."""
-
-    gait: Gait
-    place: Gait
-    corners: Sequence[int]  # numbers of those of the place
-    motion: TimedGait | None
-    limits: Mapping[str, Each]
-
-
-def _hover_for(
-    ends: Sequence[_End | None],
-    vehicle: VehicleLike | None,
-    coefficients: CoefficientsLike | None,
-) -> _End:
-    """Return hover, for the vehicle and the coefficients of the first end that is a gait, if there is one."""
-    gaits = [end.gait for end in ends if end is not None]
-    if gaits:
-        like = gaits[0]
-    else:
-        like = Gait(
-            alpha=np.zeros((1, 4)),
-            vehicle=PAPER if vehicle is None else vehicle,
-            coefficients=coefficients,
-        )
-    rotors = like.coefficients.rotors
-    hover = replace(
-        like,
-        alpha=hover_on_sheet(rotors),
-        colors=("red",) if rotors.asymmetry is None else like.colors[:1],
-        request={},
-    )
-    return _End(hover, hover, [0], None, {})
-
-
-def _end_of(
-    handed: GaitLike,
-    name: str,
-    vehicle: VehicleLike | None,
-    coefficients: CoefficientsLike | None,
-) -> _End | None:
-    """Return what a path may join, None for hover: the corners of a gait, or the first row of one with times."""
-    if isinstance(handed, str) and handed == HOVER:
-        return None
-    given = given_gait(
-        handed, vehicle=vehicle, coefficients=coefficients, name=name, once=False
-    )
-    table = given.table
-    has_times = given.motion is not None if table is None else "t" in table
-    if not has_times:
-        place = given.gait
-        corners = range(len(place.alpha))
-        if is_lifted(place):  # the law `smooth` rests at some of its rows
-            corners = path_of(place).corners.tolist()
-            place = replace(place, alpha=place.alpha[corners])
-        return _End(given.gait, place, corners, None, {})
-    motion = played(given)
-    made_for: Mapping[str, Any] = motion.made_for if table is None else table.limits
-    limits: dict[str, Each] = {kind: tuple(one) for kind, one in made_for.items()}
-    gait = motion.gait
-    place = replace(
-        gait, alpha=motion.at(0.0).alpha[None], colors=gait.colors[:1], request={}
-    )
-    return _End(gait, place, [0], motion, limits)
-
-
-def _checked_samples(
-    duration: float, law: LawName, samples: int | None, rate: float | None
-) -> int:
-    """Return the number of intervals one way; there and back has twice as many."""
-    count = checked_clock(duration, law, samples=samples, rate=rate)
-    if count > MOST_SAMPLES // 2:
-        name, value = ("samples", samples) if rate is None else ("rate", rate)
-        raise wrong(name, f"must give at most {MOST_SAMPLES // 2} samples", value)
-    return count
-
-
 def _refusal(
     first: Gait, last: Gait, floor: float
 ) -> tuple[str | None, dict[str, Any] | None]:
@@ -481,43 +492,51 @@ def _refusal(
         fault = _fault_of(gait, report)
         if fault:
             return f"the {name} is {fault}", None
-    values = [float(gait.R[np.argmax(np.abs(gait.R))]) for gait in (first, last)]
+    at_start, at_end = _largest_R(first.R), _largest_R(last.R)
     proof = None
-    if values[0] * values[1] < 0:
-        proof = {"R_start": values[0], "R_end": values[1], "statement": _STATEMENT}
-        if all(report["R_sign"].decided for report in reports):
-            where = f"R = {values[0]:+.4g} at the start and {values[1]:+.4g} at the end"
-            home = "R > 0"
-            if first.vehicle.asymmetry is None:
-                home += f", in the component of α = 0, {home_in_words(first.vehicle)}"
-            advice = f"Plan with the same sign of R (hover has {home}), or start the flight in the gait"
-            return (
-                f"{where}, so every flight between them passes a singular matrix, at any attitude. {advice}",
-                proof,
-            )
+    if at_start * at_end < 0:
+        proof = {"R_start": at_start, "R_end": at_end, "statement": _STATEMENT}
+    if proof is not None and all(report["R_sign"].decided for report in reports):
+        home = "R > 0"
+        if first.vehicle.asymmetry is None:
+            home += f", in the component of α = 0, {home_in_words(first.vehicle)}"
+        reason = (
+            f"R = {at_start:+.4g} at the start and {at_end:+.4g} at the end, so every flight between them passes a "
+            f"singular matrix, at any attitude. Plan with the same sign of R (hover has {home}), or start the flight in "
+            "the gait"
+        )
+        return reason, proof
     if first.color != last.color:
-        meeting = "the sheets meet in four points only, all with R = 0"
-        blue = "In exact physics all of blue is singular; use red"
-        return (
-            f"the start is {first.color} and the end {last.color}, and {meeting}. {blue}",
-            proof,
+        reason = (
+            f"the start is {first.color} and the end {last.color}, and the sheets meet in four points only, all with "
+            "R = 0. In exact physics all of blue is singular; use red"
         )
+        return reason, proof
     if proof is not None:
-        return (
-            "the signs of R differ, as far as rounded coefficients decide them; use red",
-            proof,
+        reason = (
+            "the signs of R differ, as far as rounded coefficients decide them; use red"
         )
+        return reason, proof
     return None, None
+
+
+def _largest_R(values: FloatArray) -> float:
+    """Return the R of a gait that is farthest from 0, whose sign is the most certain."""
+    return float(values[np.argmax(np.abs(values))])
 
 
 def _fault_of(gait: Gait, report: Report) -> str:
     """Return why a gait is no end of a path, "" if it is one: it must be valid, or on a curved sheet flyable."""
     if gait.vehicle.asymmetry is None:
-        return "" if report.valid else f"not valid: {report.reason}"
+        if report.valid:
+            return ""
+        return f"not valid: {report.reason}"
     off = sheet_of(gait.coefficients.rotors).distances(gait.alpha).max()
     if off > DEFAULT_TOLERANCE:
         return f"{off:.2g} rad off the curved sheet"
-    return "" if report.flyable else f"not flyable: {report.reason}"
+    if report.flyable:
+        return ""
+    return f"not flyable: {report.reason}"
 
 
 class _Path(NamedTuple):
@@ -528,52 +547,49 @@ class _Path(NamedTuple):
     joins: int
 
 
-class _Corners(NamedTuple):
-    """A corner of either gait, by their numbers, and the straight distance between them in the plane [rad]."""
-
-    leaves: int
-    joins: int
-    distance: float
-
-
-def _shortest(first: Gait, last: Gait, floor: float) -> _Path | str:
+def _shortest(leaving: _End, joining: _End, floor: float) -> _Path | str:
     """Return the shortest path between corners of two gaits, or the reason why there is none."""
-    points, others = (
-        np.clip(gait.alpha[:, :2], -HALF_PI, HALF_PI) for gait in (first, last)
-    )
+    first, last = leaving.place, joining.place
+    points = np.clip(first.alpha[:, :2], -HALF_PI, HALF_PI).tolist()
+    others = np.clip(last.alpha[:, :2], -HALF_PI, HALF_PI).tolist()
     color: Color = "blue" if first.color == "blue" else "red"
-    pairs = _pairs_to_try(points, others)
     if color == "red" and first.vehicle.asymmetry is None:
         # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
-        vehicle = first.vehicle
-        labels = red_label(points[:, 0], points[:, 1], vehicle)
-        goals = red_label(others[:, 0], others[:, 1], vehicle)
-        pairs = [pair for pair in pairs if (labels[pair[0]] == goals[pair[1]]).all()]
-        if not pairs:
-            wall = separating_factor(points[0].tolist(), others[0].tolist(), vehicle)
+        wall = separating_factor(points[0], others[0], first.vehicle)
+        if wall:
             return f"both ends are on the red sheet, separated by {wall}, where R = 0; use gaits in one component"
-    if last.alpha.tolist() < first.alpha.tolist():
-        # Of corners equally near, the path back joins the same.
-        pairs.sort(key=lambda pair: (pair.distance, pair.joins, pair.leaves))
-    else:
-        pairs.sort(key=lambda pair: (pair.distance, pair.leaves, pair.joins))
-
+    # Of corners equally near, the path back joins the same.
+    is_backward = last.alpha.tolist() < first.alpha.tolist()
+    pairs = []
+    for leaves, joins in product(_nearest(points, others), _nearest(others, points)):
+        order = (joins, leaves) if is_backward else (leaves, joins)
+        pairs.append((math.dist(points[leaves], others[joins]), order, leaves, joins))
+    pairs.sort()
     for require in _requirements(first.vehicle, color):
         best: Leg | None = None
-        for pair in pairs:
-            if best is not None and pair.distance >= best.length:
+        for distance, _, leaves, joins in pairs:
+            if best is not None and distance >= best.length:
                 break  # no path is shorter than the straight line
-            start, end = points[pair.leaves].tolist(), others[pair.joins].tolist()
-            leg = _leg(start, end, first, floor, require)
+            leg = _leg(points[leaves], others[joins], first, floor, require)
             if leg is not None and (best is None or leg.length < best.length):
-                best, joined = leg, pair
+                best = leg
+                ends = leaves, joins
         if best is not None:
             path = _on_sheet(first, best.points)
             # A printed gait is a little beside its sheet: the path begins and ends at its own corners.
-            ends = first.alpha[[joined.leaves]], last.alpha[[joined.joins]]
-            alpha = np.vstack([ends[0], path.alpha[1:-1], ends[1]])
-            return _Path(alpha, joined.leaves, joined.joins)
+            start, end = first.alpha[[ends[0]]], last.alpha[[ends[1]]]
+            return _Path(np.vstack([start, path.alpha[1:-1], end]), *ends)
     return f"none was found on the {color} sheet with this sign of R, between any of the corners tried"
+
+
+def _nearest(corners: list[Any], others: list[Any]) -> list[int]:
+    """Return the indices of the corners nearest to any other, at most 16, in order."""
+    if len(corners) <= _MOST_CORNERS:
+        return list(range(len(corners)))
+    from scipy.spatial import cKDTree
+
+    distance, _ = cKDTree(others).query(corners)
+    return sorted(np.argsort(distance, kind="stable")[:_MOST_CORNERS].tolist())
 
 
 def _requirements(vehicle: Vehicle, color: Color) -> list[Requirement]:
@@ -593,10 +609,10 @@ def _leg(
     require: Requirement,
 ) -> Leg | None:
     """Return the shortest path between two points on the sheet and with the sign of R of a gait, or None."""
-    R = gait.R
+    values = gait.R
     if gait.vehicle.asymmetry is None:
         # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
-        R = _on_sheet(gait, gait.alpha[:, :2]).R
+        values = _on_sheet(gait, gait.alpha[:, :2]).R
     request = plan_request(
         sorted([start, end]),  # so that the path back is the path there
         vehicle=gait.vehicle,
@@ -606,7 +622,7 @@ def _leg(
     branch = Branch(
         search=Search(request),
         color="blue" if gait.color == "blue" else "red",
-        sign="positive" if R[np.argmax(np.abs(R))] > 0 else "negative",
+        sign="positive" if _largest_R(values) > 0 else "negative",
         require=require,
     )
     leg = shortest_path(branch)
@@ -626,19 +642,3 @@ def _on_sheet(gait: Gait, plane: Any) -> Gait:
         vehicle=gait.vehicle,
         coefficients=gait.coefficients,
     )
-
-
-def _pairs_to_try(points: FloatArray, others: FloatArray) -> list[_Corners]:
-    """Return the pairs of corners of two gaits that a path may join."""
-    pairs = product(_nearest(points, others), _nearest(others, points))
-    return [_Corners(a, b, math.dist(points[a], others[b])) for a, b in pairs]
-
-
-def _nearest(corners: FloatArray, others: FloatArray) -> list[int]:
-    """Return the indices of the corners nearest to any other, at most 16, in order."""
-    if len(corners) <= _MOST_CORNERS:
-        return list(range(len(corners)))
-    from scipy.spatial import cKDTree
-
-    distance, _ = cKDTree(others).query(corners)
-    return sorted(np.argsort(distance, kind="stable")[:_MOST_CORNERS].tolist())
