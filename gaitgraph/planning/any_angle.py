@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from gaitgraph.planning.shortest_paths import ShortestPaths
     from gaitgraph.surface.region import Region
 
+_KEPT = 256  # entries of waypoints
 _ROBUST_STEPS = 22  # halvings of the range of least singular values: to 1e-6
 _COARSE = 1e-3  # accuracy of the regions that decide most of these steps [rad]
 
@@ -204,6 +205,7 @@ class PreparedRegion:
     def __init__(self, region: Region, *, strict: bool = False) -> None:
         self.region = region
         self.strict = strict
+        self.entry = lru_cache(maxsize=_KEPT)(self._entry)
 
     @cached_property
     def _paths(self) -> ShortestPaths:
@@ -219,7 +221,7 @@ class PreparedRegion:
             return self._paths
         return type(self._paths)(self.region.outer)
 
-    def entry(self, point: Point) -> Point | None:
+    def _entry(self, point: Point) -> Point | None:
         """Return the point itself if loops may pass it, else the nearest that they may pass, or None if it is far."""
         nearest = self.region.nearest(point)
         if nearest is None or nearest == point:
@@ -244,7 +246,10 @@ class PreparedRegion:
     def leg(self, start: Point, end: Point) -> Leg | None:
         """Return the shortest path from one point to another, or None."""
         first, last = self.entry(start), self.entry(end)
-        if first is None or last is None or not self.region.joined(first, last):
+        if first is None or last is None:
+            return None
+        # Squares have so many corners that looking through all of them takes seconds.
+        if self.strict and not self.region.joined(first, last):
             return None
         around = self._around.path(start, end)
         path = around
