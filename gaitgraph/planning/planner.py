@@ -53,20 +53,16 @@ _WIDTH = 110
 # A plan without a loop as plain values, in the order in which files have them.
 _NO_LOOP: dict[str, Any] = {
     **dict.fromkeys(("status", "reason", "advice", "color", "sign", "waypoints")),
-    **{name: [] for name in ("path", "types", "colors")},
+    "path": [],
+    "types": [],
+    "colors": [],
     **dict.fromkeys(("length", "lower_bound", "order_exact")),
-    **{name: [] for name in ("corners", "vertices", "alternatives")},
+    "corners": [],
+    "vertices": [],
+    "alternatives": [],
     **verdict_of(None),
-    **{
-        name: []
-        for name in (
-            "warnings",
-            "refusals",
-            "crossing_tolerance",
-            "method",
-            "request",
-        )
-    },
+    **dict.fromkeys(("warnings", "refusals", "crossing_tolerance", "method")),
+    "request": None,
 }
 VALID_LOOPS = Advice(
     "for a loop that obeys only the paper's rules, use require='valid'",
@@ -144,14 +140,12 @@ class Plan(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""
-        loop = {} if self.loop is None else self.loop.as_mapping()
-        margin = {}
+        plain = dict(_NO_LOOP)
+        if self.loop is not None:
+            plain |= self.loop.as_mapping()
         if self.request.servo_margin:
-            margin = self._margin_as_mapping()
-        return {
-            **_NO_LOOP,
-            **loop,
-            **margin,
+            plain |= self._margin_as_mapping()
+        return plain | {
             "status": self.status,
             "reason": self.reason,
             "advice": self.advice,
@@ -166,29 +160,32 @@ class Plan(Pictured):
 
     def _margin_as_mapping(self) -> dict[str, float | None]:
         """Return the servo margin of the loop, proven and found, as robustness does."""
-        proven = found = None
+        margins: dict[str, float | None] = {
+            "servo_margin_deg": None,
+            "servo_margin_found_deg": None,
+        }
         if self.loop is not None:
             margin = self.loop.servo_margin
-            proven = math.degrees(margin.proven)
-            found = None if margin.found is None else math.degrees(margin.found)
-        return {"servo_margin_deg": proven, "servo_margin_found_deg": found}
+            margins["servo_margin_deg"] = math.degrees(margin.proven)
+            if margin.found is not None:
+                margins["servo_margin_found_deg"] = math.degrees(margin.found)
+        return margins
 
     def __str__(self) -> str:
-        lines = self._refusal_lines
-        said: list[str] = []
-        if self.loop is not None:
+        if self.loop is None:
+            lines = self._refusal_lines()
+            said = set()
+        else:
             lines = self._loop_lines(self.loop)
-            said = [check.message for check in self.loop.report.checks]
+            said = {check.message for check in self.loop.report.checks} | {_POSTURE}
         if self.alternatives:
             lines += ["", "alternatives", *_items(self.alternatives)]
         # What is said above is not said again.
-        warnings = [
-            f"warning: {warning}"
-            for warning in self.warnings
-            if warning not in (_POSTURE, *said)
-        ]
-        if warnings:
-            lines += ["", *warnings]
+        new = [warning for warning in self.warnings if warning not in said]
+        if new:
+            lines.append("")
+        for warning in new:
+            lines.append(f"warning: {warning}")
         return "\n".join(lines)
 
     def _loop_lines(self, loop: Loop) -> list[str]:
@@ -196,24 +193,25 @@ class Plan(Pictured):
         head += self.request.law
         if not loop.length:
             head = f"{_POSTURE[0].upper()}{_POSTURE[1:]}"
-        corners = corner_lines(loop.gait)
-        lines = [head, self._conditions, "", *corners, "", *loop.report.lines]
+        lines = [head, self._conditions, "", *corner_lines(loop.gait), ""]
+        lines += loop.report.lines
         if self.request.servo_margin:
             proven = degrees_below(loop.servo_margin.proven)
             lines.append(f"bears errors of the servos up to {proven}")
         return lines
 
-    @property
     def _refusal_lines(self) -> list[str]:
-        what = "flyable gait" if self.request.require == "flyable" else "gait"
-        head = f"No {what} through these waypoints."
+        head = "No gait through these waypoints."
+        if self.request.require == "flyable":
+            head = "No flyable gait through these waypoints."
         if any(refusal.kind == "waypoint" for refusal in self.refusals):
             head += " All must be admissible with one color and sign of R:"
         messages = dict.fromkeys(refusal.message for refusal in self.refusals)
         lines = [head, *_items(messages)]
         if self.advice is not None:
             lines.append(f"{self.advice[0].upper()}{self.advice[1:]}.")
-        return [*lines, self._conditions]
+        lines.append(self._conditions)
+        return lines
 
     @property
     def _conditions(self) -> str:
@@ -358,35 +356,35 @@ def plan(
         until = monotonic() + checked_number("deadline", deadline)
     search = Search(request, progress, until)
     flyable, refusals = _loops_of(search, "flyable")
-    if request.require == "flyable":
-        if flyable and flyable[0].report.flyable:
-            return _planned(request, flyable, refusals)
-        refused = _refused(search, flyable, refusals)
-        if request.vehicle.asymmetry is not None:
-            return refused  # the paper's rules do not apply
-        if request.servo_margin:
-            return _with_less_margin(refused, progress)
-        # Loops that only obey the paper's rules are listed beside the refusal.
-        others = _distinct([*flyable, *_loops_of(search, "valid")[0]])
-        return _with_valid_loops(refused, others)
-    valid, refusals = _loops_of(search, "valid")
-    loops = _distinct([*flyable, *valid])
-    if not loops:
-        return _refused(search, loops, refusals)
-    return _planned(request, loops, refusals)
+    if request.require == "valid":
+        valid, refusals = _loops_of(search, "valid")
+        loops = _ranked(flyable + valid)
+        if not loops:
+            return _refused(search, loops, refusals)
+        return _planned(request, loops, refusals)
+    loops = _ranked(flyable)
+    if loops and loops[0].report.flyable:
+        return _planned(request, loops, refusals)
+    refused = _refused(search, loops, refusals)
+    advice, others = _other_loops(search, flyable)
+    if not others:
+        return refused
+    return replace(refused, advice=advice, alternatives=tuple(others))
 
 
 def _loops_of(search: Search, require: Requirement) -> tuple[list[Loop], list[Refusal]]:
-    """Return the loops of all branches in order of preference, and why the other branches have none."""
+    """Return the loops of all branches, and why the other branches have none."""
     loops: list[Loop] = []
     refusals: list[Refusal] = []
     for branch in search.branches(require):
         answer = _loop_of(branch)
         if isinstance(answer, Refusal):
             refusals.append(answer)
+        elif search.request.reverse:
+            loops.append(answer.reversed())
         else:
-            loops.append(answer.reversed() if search.request.reverse else answer)
-    return sorted(loops, key=_preference), refusals
+            loops.append(answer)
+    return loops, refusals
 
 
 def _loop_of(branch: Branch) -> Loop | Refusal:
@@ -412,27 +410,28 @@ def _not_proven(loop: Loop) -> Refusal:
     return Refusal(color="red", sign=loop.sign, kind="limit", message=message)
 
 
-def _with_less_margin(refused: Plan, progress: Callable[[str], None] | None) -> Plan:
-    """Return a plan without a loop with the loops that keep less than its servo margin, and how much the best keeps."""
-    others = plan(replace(refused.request, servo_margin=0.0), progress=progress)
-    if others.loop is None:
-        return refused
-    loops = (others.loop, *others.alternatives)
-    most = max(loop.servo_margin.proven for loop in loops)
-    advice = f"without a servo margin there are loops, which bear errors of {degrees_below(most)} at most"
-    return replace(refused, advice=advice, alternatives=loops)
-
-
 def degrees_below(angle: float) -> str:
     """Return an angle in degrees, rounded down to one digit."""
     return f"{math.floor(10 * math.degrees(angle)) / 10:.1f}°"
 
 
-def _with_valid_loops(refused: Plan, loops: Sequence[Loop]) -> Plan:
-    """Return a plan without a flyable loop with the loops that only obey the paper's rules, if there are any."""
-    if not loops:
-        return refused
-    return replace(refused, advice=VALID_LOOPS.python, alternatives=tuple(loops))
+def _other_loops(search: Search, flyable: list[Loop]) -> tuple[str, list[Loop]]:
+    """Return the loops that are listed beside a refusal of what must be flyable, if there are any, and advice on them."""
+    request = search.request
+    if request.vehicle.asymmetry is not None:
+        return "", []  # the paper's rules do not apply
+    if not request.servo_margin:
+        # Those that only obey the paper's rules.
+        valid, _ = _loops_of(search, "valid")
+        return VALID_LOOPS.python, _ranked(flyable + valid)
+    # Those that keep less than the servo margin.
+    others = plan(replace(request, servo_margin=0.0), progress=search.says)
+    if others.loop is None:
+        return "", []
+    loops = [others.loop, *others.alternatives]
+    most = max(loop.servo_margin.proven for loop in loops)
+    advice = f"without a servo margin there are loops, which bear errors of {degrees_below(most)} at most"
+    return advice, loops
 
 
 def _preference(loop: Loop) -> tuple[Any, ...]:
@@ -455,7 +454,7 @@ def _preference(loop: Loop) -> tuple[Any, ...]:
     )
 
 
-def _distinct(loops: Sequence[Loop]) -> list[Loop]:
+def _ranked(loops: Sequence[Loop]) -> list[Loop]:
     """Return loops in order of preference, each path once."""
     kept: list[Loop] = []
     for loop in loops:
