@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -79,7 +79,7 @@ class Search:
         self.request = request
         self.until = until
         self.coefficients = coefficients_of(request.vehicle, request.coefficients)
-        self.graph = cache(partial(request_graph, request, progress=progress))
+        self.graph = cache(self._graph)
         self.straight_loop = cache(self._straight_loop)
         self.roots = cache(self._roots)
         self._progress = progress
@@ -113,6 +113,23 @@ class Search:
             coefficients=self.coefficients,
         )
 
+    def _graph(self, sign: Sign) -> nx.Graph[Any]:
+        """Return the surface graph of the request for one sign of R, its waypoints among the nodes."""
+        request = self.request
+        self.says(
+            f"building the graph of {request.divisions} divisions with {RELATION[sign]}"
+        )
+        return surface_graph(
+            sign,
+            divisions=request.divisions,
+            vehicle=request.vehicle,
+            coefficients=self.coefficients,
+            waypoints=request.waypoints,
+            zones=request.zones,
+            floor=request.floor,
+            servo_margins=request.servo_margin > 0 or request.weight is not None,
+        )
+
     def _straight_loop(self, color: Color, sign: Sign) -> Loop | None:
         """Return the loop straight from waypoint to waypoint, None if polygons forbid it, or the sheet has a gap there."""
         points, zones = self.request.waypoints, self.request.zones
@@ -141,26 +158,6 @@ class Search:
             return R, np.ones(R.shape, dtype=bool)
         roots = root_arrays(plane[:, 0], plane[:, 1], coefficients=self.coefficients)
         return roots.R, roots.sheet == (1 if color == "red" else -1)
-
-
-def request_graph(
-    request: PlanRequest, sign: Sign, progress: Callable[[str], None] | None
-) -> nx.Graph[Any]:
-    """Return the surface graph of a request for one sign of R, its waypoints among the nodes."""
-    if progress is not None:
-        progress(
-            f"building the graph of {request.divisions} divisions with {RELATION[sign]}"
-        )
-    return surface_graph(
-        sign,
-        divisions=request.divisions,
-        vehicle=request.vehicle,
-        coefficients=coefficients_of(request.vehicle, request.coefficients),
-        waypoints=request.waypoints,
-        zones=request.zones,
-        floor=request.floor,
-        servo_margins=request.servo_margin > 0 or request.weight is not None,
-    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

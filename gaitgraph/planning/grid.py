@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from heapq import merge
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.graph.build import gait_along, nodes_above
 from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.graph.walks import Blocked, allowed_edges, best_order, closed_walk
 from gaitgraph.planning.any_angle import first_outside, prepared_region
-from gaitgraph.planning.branch import request_graph
+from gaitgraph.planning.branch import Search
 from gaitgraph.planning.loop import Loop
 from gaitgraph.surface.sheets import SIGNS
 
@@ -35,16 +36,17 @@ def grid_loop(branch: Branch) -> Loop | Refusal:
         return branch.rootless_at(rootless[0])
     graph = branch.search.graph(branch.sign)
     branch.search.says(f"searching {branch.color} loops")
-    stops = [
-        [node for node in nodes if graph.nodes[node]["color"] == branch.color]
-        for nodes in nodes_above(graph, request.waypoints)
-    ]
+    colors = nx.get_node_attributes(graph, "color")
+    stops = []
+    for nodes in nodes_above(graph, request.waypoints):
+        of_color = [node for node in nodes if colors[node] == branch.color]
+        stops.append(of_color)
     if branch.servo_margin:
         graph = graph.copy()
-        margins = nx.get_edge_attributes(graph, "servo_margin")
-        graph.remove_edges_from(
-            pair for pair, margin in margins.items() if margin < branch.servo_margin
-        )
+        margins: Any = nx.get_edge_attributes(graph, "servo_margin")
+        for pair, margin in margins.items():
+            if margin < branch.servo_margin:
+                graph.remove_edge(*pair)
     order = tuple(range(len(stops)))
     if request.any_order:
         first_nodes = [nodes[0] for nodes in stops]
@@ -62,13 +64,15 @@ def grid_loop(branch: Branch) -> Loop | Refusal:
     if isinstance(walk, Blocked):
         ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
         return _blocked(branch, graph, ends, [stops[k][0] for k in ends])
-    return Loop(
+    loop = Loop(
         path=gait_along(graph, walk.nodes),
         sign=branch.sign,
         order=order,
         request=request,
-        cost=None if request.weight is None else walk.cost,
     )
+    if request.weight is not None:
+        loop = replace(loop, cost=walk.cost)
+    return loop
 
 
 def _blocked(
@@ -108,17 +112,14 @@ def grid_cycles(
     count. The other options are those of :func:`gaitgraph.graph.cycle_list.cycles`. InputError if a value is not
     allowed.
     """
+    search = Search(replace(request, waypoints=()), progress)
     of_each_sign = []
     for sign in SIGNS:
         if request.sign not in ("auto", sign):
             continue
-        graph = request_graph(replace(request, waypoints=()), sign, progress)
-        if request.color != "auto":
-            others = [
-                node
-                for node, data in graph.nodes(data=True)
-                if data["color"] != request.color
-            ]
-            graph.remove_nodes_from(others)
+        graph = search.graph(sign)
+        for node, color in list(graph.nodes(data="color")):
+            if request.color not in ("auto", color):
+                graph.remove_node(node)
         of_each_sign.append(cycles(graph, require=require, max_length=max_length))
-    return merge(*of_each_sign, key=lambda cycle: cycle.length)
+    return merge(*of_each_sign, key=attrgetter("length"))

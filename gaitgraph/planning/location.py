@@ -177,8 +177,11 @@ class RegionLocation:
     @cached_property
     def parts(self) -> tuple[int | None, ...]:
         """For each waypoint the number of its part of the region, from 1, None if it is in none."""
-        indices = map(self.region.component_of, self.waypoints)
-        return tuple(None if index is None else index + 1 for index in indices)
+        numbers: list[int | None] = []
+        for point in self.waypoints:
+            index = self.region.component_of(point)
+            numbers.append(None if index is None else index + 1)
+        return tuple(numbers)
 
     @cached_property
     def reasons(self) -> tuple[str | None, ...]:
@@ -195,11 +198,12 @@ class RegionLocation:
     @cached_property
     def nearest(self) -> tuple[Point | None, ...]:
         """The same, None for a waypoint that is there; None for all if the region is empty."""
-        moved = self.moved or self.waypoints
-        return tuple(
-            None if place == point else place
-            for point, place in zip(self.waypoints, moved, strict=True)
-        )
+        places: list[Point | None] = []
+        for point, place in zip(
+            self.waypoints, self.moved or self.waypoints, strict=True
+        ):
+            places.append(None if place == point else place)
+        return tuple(places)
 
     @property
     def joined(self) -> bool:
@@ -212,16 +216,16 @@ class RegionLocation:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
-        parts = [
-            {"area": part.area, "inside": list(part.representative_point().coords[0])}
-            for part in self.region.components
-        ]
+        parts = []
+        for part in self.region.components:
+            inside = list(part.representative_point().coords[0])
+            parts.append({"area": part.area, "inside": inside})
         waypoints = []
-        for point, part, reason, nearest in zip(
+        for point, number, reason, nearest in zip(
             self.waypoints, self.parts, self.reasons, self.nearest, strict=True
         ):
             place = None if nearest is None else list(nearest)
-            waypoint = {"waypoint": list(point), "part": part}
+            waypoint = {"waypoint": list(point), "part": number}
             waypoints.append({**waypoint, "reason": reason, "nearest": place})
         return {
             "color": self.color,
@@ -243,13 +247,11 @@ class RegionLocation:
         if not self.waypoints:
             lines += self._part_lines()
         for k in range(len(self.waypoints)):
-            text = self._waypoint_in_words(k)
-            lines.append(
-                fill(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
-            )
-        if len(self.waypoints) > 1:
-            can = "a loop can join them all" if self.joined else "no loop can join them"
-            lines.append(f"  {can}")
+            lines.append(as_item(self._waypoint_in_words(k)))
+        if len(self.waypoints) > 1 and self.joined:
+            lines.append("  a loop can join them all")
+        elif len(self.waypoints) > 1:
+            lines.append("  no loop can join them")
         return "\n".join(lines)
 
     def _part_lines(self) -> list[str]:
@@ -272,6 +274,11 @@ class RegionLocation:
             text += f"; the nearest {joining} is {self.region.as_text(nearest)}"
         alpha1, alpha2 = self.waypoints[k]
         return f"waypoint {k + 1} ({alpha1:.4f}, {alpha2:.4f}): {text}"
+
+
+def as_item(text: object) -> str:
+    """Return a text as an item of a list, with lines that are not too long."""
+    return fill(str(text), _WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 def with_nearest(refusal: Refusal, search: Search) -> Refusal:
@@ -305,10 +312,10 @@ def _nearest_in_words(location: RegionLocation, number: int) -> str:
     elsewhere = [k for k, place in enumerate(location.nearest) if place is not None]
     if len(elsewhere) < 2:
         return f"the nearest admissible point is {region.as_text(moved[number])}"
-    listed = [
-        f"{region.as_text(moved[k])} for waypoint {k + 1}"
-        for k in elsewhere[:_MOST_NEAREST]
-    ]
+    listed = []
+    for k in elsewhere[:_MOST_NEAREST]:
+        place = region.as_text(moved[k])
+        listed.append(f"{place} for waypoint {k + 1}")
     if len(elsewhere) > _MOST_NEAREST:
         listed.append(f"and {len(elsewhere) - _MOST_NEAREST} more")
     return f"the nearest admissible points are {', '.join(listed)}"

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from textwrap import fill
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -28,14 +27,14 @@ from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import any_angle_loop
 from gaitgraph.planning.branch import Branch, Refusal, Search
 from gaitgraph.planning.grid import grid_loop
-from gaitgraph.planning.location import with_nearest
+from gaitgraph.planning.location import as_item, with_nearest
 from gaitgraph.planning.loop import Loop
 from gaitgraph.planning.request import PlanRequest, Point, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.validation.report import verdict_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from gaitgraph.gait.gait import Gait
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Angle, VehicleLike
 
-_WIDTH = 110
 # A plan without a loop as plain values, in the order in which files have them.
 _NO_LOOP: dict[str, Any] = {
     **dict.fromkeys(("status", "reason", "advice", "color", "sign", "waypoints")),
@@ -74,14 +72,6 @@ _APPROXIMATE = (
 )
 _LATE = "the deadline ended the search for an order of the waypoints: another order may make a shorter loop"
 _POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
-
-
-def _items(texts: Iterable[object]) -> list[str]:
-    """Return texts as items of a list, with lines that are not too long."""
-    return [
-        fill(str(text), _WIDTH, initial_indent="  ", subsequent_indent="    ")
-        for text in texts
-    ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -179,7 +169,7 @@ class Plan(Pictured):
             lines = self._loop_lines(self.loop)
             said = {check.message for check in self.loop.report.checks} | {_POSTURE}
         if self.alternatives:
-            lines += ["", "alternatives", *_items(self.alternatives)]
+            lines += ["", "alternatives", *map(as_item, self.alternatives)]
         # What is said above is not said again.
         new = [warning for warning in self.warnings if warning not in said]
         if new:
@@ -207,7 +197,7 @@ class Plan(Pictured):
         if any(refusal.kind == "waypoint" for refusal in self.refusals):
             head += " All must be admissible with one color and sign of R:"
         messages = dict.fromkeys(refusal.message for refusal in self.refusals)
-        lines = [head, *_items(messages)]
+        lines = [head, *map(as_item, messages)]
         if self.advice is not None:
             lines.append(f"{self.advice[0].upper()}{self.advice[1:]}.")
         lines.append(self._conditions)
