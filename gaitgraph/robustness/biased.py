@@ -30,7 +30,7 @@ from gaitgraph.records import Record
 from gaitgraph.robustness.attitudes import (
     AcceptableAttitudes,
     SingularCurve,
-    acceptable_attitudes,
+    attitudes_within,
     singular_curve,
 )
 from gaitgraph.surface.sheets import sheet_distances
@@ -445,9 +445,7 @@ def _robustness_when(
     attitude = direction or (0.0, 0.0)
     if margin.exists and margin.upper > tilt:
         value, singular_where, attitude = _least_singular_value(moved, tilt, vehicle)
-    acceptable = acceptable_attitudes(
-        moved.starts, numbers, tolerance=tolerance, angle_rounding=rounding
-    )
+    acceptable = attitudes_within(moved.alpha, numbers, margin, tolerance)
     drawn = []
     for place in _spread(moved, curves):
         curve = singular_curve(place.alpha, numbers, angle_rounding=rounding)
