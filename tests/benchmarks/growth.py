@@ -19,7 +19,7 @@ import gaitgraph as gg
 from gaitgraph.files import write_whole
 from gaitgraph.plots.axes import PALETTE, blank_figure, paper_style, picture_bytes
 from gaitgraph.study.running import run_study
-from tests.benchmarks.test_pairs import GAIT3, STUDY
+from tests.benchmarks.test_pairs import GAIT3
 from tests.benchmarks.test_peer_planners import ACROSS, keep_outs, leg_planner, legs
 
 if TYPE_CHECKING:
@@ -33,6 +33,15 @@ IMAGES = Path(__file__).parents[2] / "docs" / "images"
 ROUNDS = 9
 ENOUGH = 3.0  # s, after which no further round of a measurement begins
 STEP = 0.01  # rad, at which OMPL looks for keep-outs; at its own 0.05 it jumps over small ones
+STUDY = {
+    "name": "200 flights",
+    "gaits": ["gait3", "gait4"],
+    "attitudes": {
+        "roll": {"from": -0.5, "to": 0.5, "count": 10},
+        "pitch": {"from": -0.5, "to": 0.5, "count": 10},
+    },
+    "flight": {"duration": 5.0},  # long beside the seconds in which workers start
+}
 TURN = 10_000  # rows of a table that repeat
 IDEAL = "ideal"
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import sys
 from functools import partial
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,9 +17,7 @@ from gaitgraph.flight.engine import Engine
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import determinant
-from gaitgraph.invertibility.tilt_margins import tilt_margin
 from gaitgraph.robustness.attitudes import acceptable_attitudes
-from gaitgraph.study.running import run_study
 from tests.published import GAITS
 from tests.samples import RED
 
@@ -35,20 +31,6 @@ GAIT3 = gg.lift(GAITS[2].angles, "red")
 SAMPLES = GAIT3.biased(0.8).parametrize(law="constant-speed", samples=1000).alpha[:-1]
 LOW, HIGH = (0.393, -1.178), (1.178, -0.393)
 PACKAGES = "numpy, scipy.sparse.csgraph, networkx, shapely"
-KINDS: dict[str, list[float]] = {
-    "on the sheet": [1, 1, 1, 1],
-    "off the sheets": [1, 1, 0.8, 0.8],
-}
-STUDY = {
-    "name": "200 flights",
-    "gaits": ["gait3", "gait4"],
-    "attitudes": {
-        "roll": {"from": -0.5, "to": 0.5, "count": 10},
-        "pitch": {"from": -0.5, "to": 0.5, "count": 10},
-    },
-    "flight": {"duration": 5.0},  # long beside the seconds in which workers start
-}
-numbers = count()
 
 
 class Side(NamedTuple):
@@ -59,7 +41,7 @@ class Side(NamedTuple):
     rounds: int = 15
 
 
-def command(arguments: list[str], names: str, _: Path) -> tuple[Side, Side]:
+def command(arguments: list[str], names: str) -> tuple[Side, Side]:
     """Compare the installed command with a process that imports other packages."""
     script = shutil.which("gaitgraph", path=str(Path(sys.executable).parent))
     assert script is not None
@@ -69,13 +51,13 @@ def command(arguments: list[str], names: str, _: Path) -> tuple[Side, Side]:
     return Side(partial(run, ours)), Side(partial(run, theirs))
 
 
-def roots(_: Path) -> tuple[Side, Side]:
+def roots() -> tuple[Side, Side]:
     values = np.random.default_rng(0).uniform(-2, 2, AXIS.size**2)
     ours = Side(lambda: gg.surface.root_arrays(AXIS[:, None], AXIS))
     return ours, Side(lambda: np.sin(values))
 
 
-def attitudes(_: Path) -> tuple[Side, Side]:
+def attitudes() -> tuple[Side, Side]:
     """A thousand samples, the path between them and the error included; a raster of a million for five samples."""
     axis = np.linspace(-np.pi / 2, np.pi / 2, 1001)
     roll, pitch = np.meshgrid(axis, axis, indexing="ij", sparse=True)
@@ -88,35 +70,14 @@ def attitudes(_: Path) -> tuple[Side, Side]:
     return ours, Side(raster, 5, 3)
 
 
-def margins(_: Path) -> tuple[Side, Side]:
-    alpha = np.random.default_rng(3).uniform(-1.5, 1.5, (10_000_000, 4))
-    ours = Side(lambda: tilt_margin(alpha, EXACT), rounds=3)
-    return ours, Side(lambda: np.sin(alpha), rounds=3)
-
-
-def robustness(kind: str, _: Path) -> tuple[Side, Side]:
+def robustness() -> tuple[Side, Side]:
     rows = np.random.default_rng(7).uniform(LOW * 2, HIGH * 2, (10_000, 4))
-    if kind in KINDS:
-        rows = rows[:, [0, 1, 0, 1]] * KINDS[kind]
     table = {f"alpha{k + 1}": column for k, column in enumerate(rows.T)}
     ours = Side(lambda: gg.robustness_of(table), rounds=5)
     return ours, Side(lambda: gg.validate(table), rounds=5)
 
 
-def judging(kind: str, folder: Path) -> tuple[Side, Side]:
-    """Gait 3 as measured, with noise of 0.2 mrad; numpy's reader is the fastest without another dependency."""
-    timed = GAIT3.parametrize(law="constant-speed", samples=300_000)
-    noise = np.random.default_rng(0).normal(0, 2e-4, (300_000, 4))
-    path = folder / "long.csv"
-    header = "alpha1,alpha2,alpha3,alpha4"
-    rows = (timed.alpha[:-1] + noise) * KINDS[kind]
-    np.savetxt(path, rows, "%.17g", ",", header=header, comments="")
-    ours = Side(lambda: gg.validate(path), rounds=3)
-    theirs = Side(lambda: np.loadtxt(path, delimiter=",", skiprows=1), rounds=3)
-    return ours, theirs
-
-
-def flight(_: Path) -> tuple[Side, Side]:
+def flight() -> tuple[Side, Side]:
     """A second of flight, with the check before take-off, all preparation and the record; the engine's steps alone."""
     engine = Engine(gg.PAPER)
 
@@ -129,7 +90,7 @@ def flight(_: Path) -> tuple[Side, Side]:
     return Side(lambda: gg.fly(RED, settings=second), rounds=40), Side(steps, rounds=40)
 
 
-def basin(_: Path) -> tuple[Side, Side]:
+def basin() -> tuple[Side, Side]:
     first = gg.basins_of(RED, bias=1.0)[0]
 
     def flights() -> None:
@@ -141,18 +102,7 @@ def basin(_: Path) -> tuple[Side, Side]:
     return ours, Side(flights, rounds=1)
 
 
-def study(folder: Path) -> tuple[Side, Side]:
-    pytest.importorskip("distributed", reason="install distributed")
-    if (os.cpu_count() or 1) < 2:
-        pytest.skip("two workers need two cores")
-
-    def flown(workers: int) -> None:
-        run_study(STUDY, folder / str(next(numbers)), workers=workers)
-
-    return Side(partial(flown, 2), rounds=3), Side(partial(flown, 1), rounds=3)
-
-
-def least_period(_: Path) -> tuple[Side, Side]:
+def least_period() -> tuple[Side, Side]:
     """The very same curve; rounding, certificate and the law itself included in ours."""
     toppra: Any = pytest.importorskip("toppra", reason="install gaitgraph[peers]")
     curve = gg.timing.rounded(GAIT3, 0.03).curve
@@ -179,31 +129,21 @@ def least_period(_: Path) -> tuple[Side, Side]:
     return Side(lambda: gg.least_period(curve, limits, nodes=1000)), Side(theirs)
 
 
-PAIRS: dict[str, Callable[[Path], tuple[Side, Side]]] = {
+PAIRS: dict[str, Callable[[], tuple[Side, Side]]] = {
     "plan as a process": partial(command, ["plan", REQUEST], PACKAGES),
     "--help as a process": partial(command, ["--help"], "click"),
     "roots on a 1025 x 1025 grid against numpy.sin": roots,
     "acceptable attitudes per sample against a raster of formula (1)": attitudes,
-    "tilt margins of ten million samples against numpy.sin": margins,
+    "robustness of 10,000 random rows against validate": robustness,
     "one second of flight at 1 kHz against mujoco alone": flight,
     "a basin of 17 x 17 attitudes against fly from each for the whole duration": basin,
-    "a study of 200 flights on two workers against one": study,
     "least period of a square loop against toppra": least_period,
 }
-for kind in KINDS:
-    judged = f"judging a table on disk against reading it, {kind}"
-    PAIRS[judged] = partial(judging, kind)
-for kind in (*KINDS, "anywhere flyable"):
-    compared = f"robustness of 10,000 random rows against validate, {kind}"
-    PAIRS[compared] = partial(robustness, kind)
 
 
 @pytest.fixture(scope="module", params=PAIRS)
-def pair(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[str, tuple[Side, Side]]:
-    folder = tmp_path_factory.mktemp("pair")
-    return request.param, PAIRS[request.param](folder)
+def pair(request: pytest.FixtureRequest) -> tuple[str, tuple[Side, Side]]:
+    return request.param, PAIRS[request.param]()
 
 
 @pytest.mark.parametrize("number", [0, 1], ids=["ours", "theirs"])

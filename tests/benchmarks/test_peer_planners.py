@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from itertools import cycle, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 import pytest
 import shapely
 
 import gaitgraph as gg
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.planning.any_angle import PreparedRegion, straight_loop
+from gaitgraph.planning.any_angle import straight_loop
 from gaitgraph.planning.branch import Branch, Search
 from gaitgraph.planning.request import plan_request
 from tests.published import GAITS
-from tests.samples import planning_region, visibility_graph
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -156,43 +154,6 @@ def keep_outs(
     return polygons
 
 
-STREWN = np.random.default_rng(7).uniform((0.25, -1.45), (1.45, -0.3), (2000, 2))
-STREWN = STREWN[gg.surface.Zones(keep_out=keep_outs(10, 8)).allow_points(STREWN)]
-PLANS: dict[str, tuple[Any, Any]] = {  # loops and keep-outs
-    "a plan of Gait 3 with its report against OMPL": ([GAIT_3], []),
-    "a plan of 8 waypoints among 10 keep-outs against OMPL": (
-        STREWN[:960].reshape(-1, 8, 2).tolist(),
-        keep_outs(10, 8),
-    ),
-}
-
-
-@pytest.mark.parametrize("group", PLANS)
-def test_a_whole_plan_ours(benchmark: Any, group: str) -> None:
-    """With a report that is certified along the whole loop.
-
-    The region of one request is kept for the next with the same keep-outs. The eight waypoints are other ones each time.
-    """
-    benchmark.group = group
-    loops, polygons = PLANS[group]
-    stops = cycle(loops)
-
-    def planned() -> Any:
-        return gg.plan_loop(next(stops), keep_out=polygons).report
-
-    assert benchmark.pedantic(planned, rounds=100, warmup_rounds=5).flyable
-
-
-@pytest.mark.parametrize("group", PLANS)
-def test_a_whole_plan_ompl(benchmark: Any, group: str) -> None:
-    """Leg by leg, without any verdict; fewer rounds among keep-outs, where a loop takes long."""
-    benchmark.group = group
-    loops, polygons = PLANS[group]
-    plan, stops = leg_planner(polygons), cycle(loops)
-    rounds = {"rounds": 30, "warmup_rounds": 5} if polygons else WARM
-    benchmark.pedantic(lambda: [plan(a, b) for a, b in legs(next(stops))], **rounds)
-
-
 COLD: dict[str, list[Any]] = {
     "planned": [*GAIT_3],
     "planned along a border": [(-1.2, 1.2), (0.1, 0.9), (0.1, -0.1), (-1.2, -0.05)],
@@ -216,47 +177,3 @@ def test_a_new_vehicle_each_time_ours(benchmark: Any, answer: str) -> None:
 
     found = benchmark.pedantic(answered, rounds=60, warmup_rounds=5)
     assert found == (not answer.startswith("refused"))
-
-
-FIFTY = "4 waypoints among 50 keep-outs of 20 corners against a full visibility graph"
-
-
-@pytest.fixture(scope="module")
-def ground() -> PreparedRegion:
-    """Return the admissible region, triangulated, with what the corners on the way see."""
-    request = plan_request(ACROSS, color="red", keep_out=keep_outs())
-    prepared = PreparedRegion(planning_region(request, "red", "negative", "flyable"))
-    length_of(prepared)
-    return prepared
-
-
-def length_of(ground: PreparedRegion) -> float:
-    length = 0.0
-    for a, b in legs(ACROSS):
-        leg = ground.leg(a, b)
-        assert leg is not None
-        length += leg.length
-    return length
-
-
-def length_of_full_graph(region: Any) -> float:
-    """Build the visibility graph of all corners of the keep-outs and the waypoints, edge by edge, and search it."""
-    corners = {corner for polygon in keep_outs() for corner in polygon}
-    graph = visibility_graph(region, {*ACROSS, *corners})
-    return sum(
-        nx.dijkstra_path_length(graph, a, b, weight="length") for a, b in legs(ACROSS)
-    )
-
-
-@pytest.mark.benchmark(group=FIFTY)
-def test_among_fifty_polygons_ours(benchmark: Any, ground: PreparedRegion) -> None:
-    benchmark.pedantic(lambda: length_of(ground), rounds=21, warmup_rounds=1)
-
-
-@pytest.mark.benchmark(group=FIFTY)
-def test_among_fifty_polygons_edge_by_edge(
-    benchmark: Any, ground: PreparedRegion
-) -> None:
-    region = ground.region.inner
-    length = benchmark.pedantic(lambda: length_of_full_graph(region), rounds=1)
-    assert length_of(ground) == pytest.approx(length, abs=1e-12)
