@@ -354,19 +354,17 @@ def test_numpy_reads_the_archive(planned: TimedGait) -> None:
 
 def test_scipy_reads_the_matlab_file(planned: TimedGait) -> None:
     planned.write("gait.mat")
-    found = loadmat("gait.mat", squeeze_me=True, chars_as_strings=True)
+    content = loadmat("gait.mat", squeeze_me=True, chars_as_strings=True)
     head = Path("gait.mat").read_bytes()[:116].decode().rstrip()
     assert head == f"MATLAB 5.0 MAT-file, written by gaitgraph {gg.__version__}"
     assert loadmat("gait.mat")["t"].shape == (13, 1)
     for name, values in planned.columns.items():
-        column = found[name]
-        if column.dtype.kind == "U":
-            column = np.char.strip(column)
-        np.testing.assert_array_equal(column, values)
-    matrices = [found[f"alpha{end}"] for end in ("", "_rate", "_acceleration")]
+        stripped = [str(value).strip() for value in content[name].tolist()]
+        assert stripped == [str(value) for value in values]
+    matrices = [content[f"alpha{end}"] for end in ("", "_rate", "_acceleration")]
     np.testing.assert_array_equal(matrices, planned.at(planned.t))
-    names, units = (np.char.strip(found[name]).tolist() for name in ("names", "units"))
-    unit_of = dict(zip(names, units, strict=True))
+    names, units = (np.char.strip(content[name]) for name in ("names", "units"))
+    unit_of = dict(zip(names.tolist(), units.tolist(), strict=True))
     stated = [unit_of[name] for name in ("t", "alpha3", "alpha3_rate", "R")]
     assert stated == ["s", "rad", "rad/s", "1"]
 
