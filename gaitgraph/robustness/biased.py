@@ -381,6 +381,7 @@ def robustness_of(
         ("biased", factor) for factor in checked_factors("bias", bias)
     ]
     factors += [("scaled", factor) for factor in checked_factors("scale", scale)]
+    factors.append(("none", 1.0))
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
     segments, motion, body = _closed_segments(gait, vehicle)
     if coefficients is None:
@@ -390,82 +391,50 @@ def robustness_of(
         rounding = _angle_error(segments.alpha, numbers)
     else:
         rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
-    robustness_when = partial(
-        _robustness_when,
-        segments=segments,
-        motion=motion,
-        vehicle=body,
-        numbers=numbers,
-        tilt=tilt,
-        tolerance=tolerance,
-        rounding=rounding,
-        curves=curves,
-        floor=checked_floor(floor),
-    )
-    sweep = []
+    floor = checked_floor(floor)
+    gaits = []
     for scaling, factor in factors:
         if progress is not None:
-            progress(f"the gait {scaling} by {factor:g}")
-        sweep.append(robustness_when(scaling, factor))
-    if progress is not None:
-        progress("the gait itself")
+            scaled = "itself" if scaling == "none" else f"{scaling} by {factor:g}"
+            progress(f"the gait {scaled}")
+        moved_alpha = segments.alpha * _factors_of_angles(scaling, factor)
+        moved = replace(segments, alpha=moved_alpha)
+        margin = least_tilt_margin(moved.alpha, numbers, angle_rounding=rounding)
+        where = moved.place(margin.segment, margin.fraction)
+        direction = None
+        roll, pitch = nearest_singular_attitude(where.alpha, numbers).tolist()
+        if margin.exists and not math.isnan(roll + pitch):
+            direction = roll, pitch
+        value = (0.0, 0.0)
+        singular_where = where
+        attitude = direction or (0.0, 0.0)
+        if margin.exists and margin.upper > tilt:
+            value, singular_where, attitude = _least_singular_value(moved, tilt, body)
+        drawn = []
+        for place in _spread(moved, curves):
+            curve = singular_curve(place.alpha, numbers, angle_rounding=rounding)
+            drawn.append((place, curve))
+        robustness = Robustness(
+            scaling=scaling,
+            factor=factor,
+            margin=margin,
+            where=where,
+            direction=direction,
+            acceptable=attitudes_within(moved.alpha, numbers, margin, tolerance),
+            tilt=tilt,
+            singular_value=value,
+            singular_where=singular_where,
+            singular_attitude=attitude,
+            curves=tuple(drawn),
+            segments=moved,
+            motion=motion,
+            vehicle=body,
+            floor=floor,
+        )
+        gaits.append(robustness)
+    *sweep, unscaled = gaits
     return RobustnessReport(
-        gait=robustness_when("none", 1.0),
-        sweep=tuple(sweep),
-        vehicle=body,
-        coefficients=numbers,
-    )
-
-
-def _robustness_when(
-    scaling: Scaling,
-    factor: float,
-    *,
-    segments: Segments,
-    motion: TimedGait | None,
-    vehicle: Vehicle,
-    numbers: Coefficients,
-    tilt: float,
-    tolerance: float,
-    rounding: float,
-    curves: int,
-    floor: float,
-) -> Robustness:
-    """Return how robust the gait along some segments is when it is scaled."""
-    moved_alpha = segments.alpha * _factors_of_angles(scaling, factor)
-    moved = replace(segments, alpha=moved_alpha)
-    margin = least_tilt_margin(moved.alpha, numbers, angle_rounding=rounding)
-    where = moved.place(margin.segment, margin.fraction)
-    direction = None
-    roll, pitch = nearest_singular_attitude(where.alpha, numbers).tolist()
-    if margin.exists and not math.isnan(roll + pitch):
-        direction = roll, pitch
-    value = (0.0, 0.0)
-    singular_where = where
-    attitude = direction or (0.0, 0.0)
-    if margin.exists and margin.upper > tilt:
-        value, singular_where, attitude = _least_singular_value(moved, tilt, vehicle)
-    acceptable = attitudes_within(moved.alpha, numbers, margin, tolerance)
-    drawn = []
-    for place in _spread(moved, curves):
-        curve = singular_curve(place.alpha, numbers, angle_rounding=rounding)
-        drawn.append((place, curve))
-    return Robustness(
-        scaling=scaling,
-        factor=factor,
-        margin=margin,
-        where=where,
-        direction=direction,
-        acceptable=acceptable,
-        tilt=tilt,
-        singular_value=value,
-        singular_where=singular_where,
-        singular_attitude=attitude,
-        curves=tuple(drawn),
-        segments=moved,
-        motion=motion,
-        vehicle=vehicle,
-        floor=floor,
+        gait=unscaled, sweep=tuple(sweep), vehicle=body, coefficients=numbers
     )
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite, isnan
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import InputError, check_kind, wrong
 from gaitgraph.gait.gait import name_of
-from gaitgraph.invertibility.segment_bounds import thrust_shares_along
 from gaitgraph.pictured import Pictured, pandas
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
@@ -120,7 +119,7 @@ class Comparison(Pictured):
             if name in _UNITS:
                 title += f" ({_UNITS[name]})"
             values = [_text(row[name]) for row in self.rows]
-            lines.append([f"{title:<34}", *values])
+            lines.append([title, *values])
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         texts = []
         for cells in lines:
@@ -135,12 +134,13 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
     """Return what is compared of a gait."""
     gait = timed.gait
     report = timed.check()
-    robustness = robustness_of(timed, curves=1).gait.as_mapping()
-    least_thrust = report["hover_thrust"].value
+    robustness = robustness_of(timed, curves=0).gait
+    tilt_margin = robustness.tilt_margin
+    if tilt_margin is not None:
+        tilt_margin = math.degrees(tilt_margin)
     largest_thrust = None
-    if least_thrust is not None:  # NaN unless all are positive
-        _, _, largest = thrust_shares_along(gait.alpha, gait.ends, gait.vehicle)
-        largest_thrust = -float(largest.upper.min())
+    if report.hover_thrusts is not None:
+        _, largest_thrust = report.hover_thrusts
     return {
         "flyable": report.flyable,
         "valid": report.valid,
@@ -152,11 +152,11 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
         "length": gait.length if timed.repeats else gait.length / 2,
         "period": timed.period,
         "least_singular_value": report["least_singular_value"].value,
-        "tilt_margin_deg": robustness["tilt_margin_deg"],
-        "acceptable_fraction": robustness["acceptable_fraction"],
-        "servo_margin_deg": robustness["servo_margin_deg"],
-        "drag_margin": robustness["drag_margin"],
-        "least_hover_thrust": least_thrust,
+        "tilt_margin_deg": tilt_margin,
+        "acceptable_fraction": robustness.acceptable.fraction,
+        "servo_margin_deg": math.degrees(robustness.servo_margin.proven),
+        "drag_margin": robustness.drag_margin.proven,
+        "least_hover_thrust": report["hover_thrust"].value,
         "largest_hover_thrust": largest_thrust,
         "hover_power": report.hover_power,
         "peak_rate": report["tilt_rate"].value,
@@ -165,7 +165,7 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
 
 
 def _finite_or_none(value: Any) -> Any:
-    if isinstance(value, float) and not isfinite(value):
+    if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
 
@@ -177,6 +177,6 @@ def _text(value: Any) -> str:
         return limited_quantities(value) or "nothing"
     if isinstance(value, str):
         return value
-    if value is None or isnan(value):
+    if value is None or math.isnan(value):
         return "none"
     return f"{value:.4g}"

@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING
 
-from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.validation.report import hover_thrust_text
 
 if TYPE_CHECKING:
@@ -16,6 +15,8 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Check, Report
 
 _TIE = 1e-4  # share of a value by which another is no worse
+_LEAST = ("R_sign", "least_singular_value", "hover_thrust")
+"""The checks of what must be large enough; that of all others must be small enough."""
 
 
 def both(first: Report, second: Report) -> Report:
@@ -23,15 +24,11 @@ def both(first: Report, second: Report) -> Report:
 
     Closing, rows, colourings and notes are those of the second, power and thrusts in hover are those of the first.
     """
-    checks = []
     others = {check.name: check for check in second.checks}
+    checks = []
     for check in first.checks:
         other = others.pop(check.name, check)
-        is_worse = check.ok and not other.ok
-        if check.ok and other.ok:
-            tie = _TIE * abs(check.value or 0.0)
-            is_worse = _badness(other) - _badness(check) > tie
-        takes_other = is_worse or check.name == "closed"
+        takes_other = check.name == "closed" or _is_worse(other, check)
         checks.append(other if takes_other else check)
     checks += others.values()
     reach = first
@@ -54,18 +51,24 @@ def both(first: Report, second: Report) -> Report:
     )
 
 
-def _badness(check: Check) -> float:
+def _is_worse(other: Check, check: Check) -> bool:
+    """Return whether a check is worse than another of the same name: not ok, or clearly nearer to its limit."""
+    if not other.ok:
+        return check.ok
+    if not check.ok:
+        return False
+    tie = _TIE * abs(check.value or 0.0)
+    return _nearness(other) - _nearness(check) > tie
+
+
+def _nearness(check: Check) -> float:
     """Return a number that is the larger the nearer a check that holds is to its limit."""
     value = check.value or 0.0
-    if check.name in RATE_CHECKS or check.name in ("on_surface", "thrust_limit"):
-        return value
-    if check.name in ("least_singular_value", "hover_thrust"):
-        return -value
-    if check.name == "R_sign":
+    if check.name in _LEAST:
         return -abs(value)
-    if check.name == "tilt_range":
-        return -abs((check.limit or 0.0) - value)
-    return 0.0
+    if check.limit is None:
+        return value
+    return -abs(check.limit - value)
 
 
 def worst_of(reports: Sequence[Report]) -> Report:
