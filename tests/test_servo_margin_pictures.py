@@ -31,7 +31,7 @@ def test_quick_and_named_verdicts_agree(vehicle: gg.Vehicle, floor: float) -> No
 
 def test_margins_of_postures_are_those_of_the_search() -> None:
     """Postures of both signs of R at once."""
-    plane = np.random.default_rng(4).uniform(-1.5, 1.5, (40, 2))
+    plane = np.random.default_rng(4).uniform(-1.5, 1.5, (20, 2))
     postures = np.hstack([plane, plane])
     for posture, margin in zip(
         postures, servo_margins_found(postures, gg.PAPER, 0.05), strict=True
