@@ -7,6 +7,7 @@ are medians. The lines that are printed at the end are those of the table in doc
 from __future__ import annotations
 
 import json
+import math
 from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,7 +21,7 @@ from gaitgraph.files import write_whole
 from gaitgraph.plots.axes import PALETTE, blank_figure, paper_style, picture_bytes
 from gaitgraph.study.running import run_study
 from tests.benchmarks.test_pairs import GAIT3
-from tests.benchmarks.test_peer_planners import ACROSS, keep_outs, leg_planner, legs
+from tests.benchmarks.test_peer_planners import leg_planner, legs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -44,6 +45,7 @@ STUDY = {
 }
 TURN = 10_000  # rows of a table that repeat
 IDEAL = "ideal"
+ACROSS = [(0.21, -1.52), (1.5, -0.25), (1.5, -1.52), (0.21, -0.25)]
 
 
 def points(size: int, case: int) -> list[Any]:
@@ -64,6 +66,28 @@ def waypoints(side: str, size: int, case: int, _: Path) -> Work:
 
 def polygons(side: str, size: int, case: int, _: Path) -> Work:
     return loop(side, ACROSS, keep_outs(size, 6, case))
+
+
+def keep_outs(
+    count: int = 50, corners: int = 20, seed: int = 0
+) -> list[list[tuple[float, float]]]:
+    """Return star-shaped polygons, strewn over the part where Gait 3 flies; the more, the smaller."""
+    rng = np.random.default_rng(seed)
+    columns = math.ceil(math.sqrt(count))
+    rows = math.ceil(count / columns)
+    width, height = 1.24 / columns, 1.225 / rows
+    places = [(i, j) for i in range(columns) for j in range(rows)]
+    rng.shuffle(places)
+    polygons = []
+    for i, j in places[:count]:
+        center = np.array([0.2225 + width * (i + 0.5), -0.2425 - height * (j + 0.5)])
+        center += 0.13 * width * rng.uniform(-1, 1, 2)
+        shares = np.arange(corners) + 0.8 * rng.uniform(0, 1, corners)
+        turns = 2 * np.pi * shares / corners
+        reach = 0.45 * min(width, height) * rng.uniform(0.6, 1.0, corners)
+        around = np.column_stack([np.cos(turns), np.sin(turns)])
+        polygons.append([*map(tuple, (center + reach[:, None] * around).tolist())])
+    return polygons
 
 
 def judged(side: str, rows: int, _: int, folder: Path) -> Work:

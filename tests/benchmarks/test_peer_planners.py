@@ -129,31 +129,6 @@ def test_gait_3_ompl(benchmark: Any) -> None:
     assert min(lengths) >= math.sqrt(2) * math.pi * (1 - 1e-3)
 
 
-ACROSS = [(0.21, -1.52), (1.5, -0.25), (1.5, -1.52), (0.21, -0.25)]
-
-
-def keep_outs(
-    count: int = 50, corners: int = 20, seed: int = 0
-) -> list[list[tuple[float, float]]]:
-    """Return star-shaped polygons, strewn over the part where Gait 3 flies; the more, the smaller."""
-    rng = np.random.default_rng(seed)
-    columns = math.ceil(math.sqrt(count))
-    rows = math.ceil(count / columns)
-    width, height = 1.24 / columns, 1.225 / rows
-    places = [(i, j) for i in range(columns) for j in range(rows)]
-    rng.shuffle(places)
-    polygons = []
-    for i, j in places[:count]:
-        center = np.array([0.2225 + width * (i + 0.5), -0.2425 - height * (j + 0.5)])
-        center += 0.13 * width * rng.uniform(-1, 1, 2)
-        shares = np.arange(corners) + 0.8 * rng.uniform(0, 1, corners)
-        turns = 2 * np.pi * shares / corners
-        reach = 0.45 * min(width, height) * rng.uniform(0.6, 1.0, corners)
-        around = np.column_stack([np.cos(turns), np.sin(turns)])
-        polygons.append([*map(tuple, (center + reach[:, None] * around).tolist())])
-    return polygons
-
-
 COLD: dict[str, list[Any]] = {
     "planned": [*GAIT_3],
     "planned along a border": [(-1.2, 1.2), (0.1, 0.9), (0.1, -0.1), (-1.2, -0.05)],
