@@ -156,9 +156,10 @@ def test_export(line: Any) -> None:
     assert answer["columns"] == [*read_table("a.csv").columns]
     assert answer["warnings"] == [*report.warnings]
     assert (answer["valid"], answer["flyable"]) == (True, True)
-    slower = "--force --period 4 --samples 8 --law equal-time"
-    assert line(f"export a.csv c.csv {slower}").out.startswith("wrote c.csv: 9 rows")
-    assert read_table("c.csv")["t"][-1] == 4
+    slower = "--force --period 4 --samples 8 --law equal-time --periods 2"
+    said = line(f"export a.csv c.csv d.h {slower}").out
+    assert said.startswith("wrote c.csv: 17 rows\nwrote d.h: 9 rows\n")
+    assert read_table("c.csv")["t"][-1] == 8
 
 
 def test_vehicles_and_version(line: Any) -> None:

@@ -27,7 +27,7 @@ from starlette.exceptions import HTTPException
 
 import gaitgraph as gg
 from gaitgraph.certificates import verify
-from gaitgraph.explorer import map_query, queries, server
+from gaitgraph.explorer import map_query, queries, server, table_query
 from gaitgraph.explorer.map_query import map_answer
 from gaitgraph.explorer.queries import diagram_answer, plan_answer
 from gaitgraph.explorer.server import HEADERS, application, setup_answer
@@ -370,6 +370,15 @@ def test_between_rows_without_times_the_motion_is_straight() -> None:
     assert series["alpha"] == pytest.approx(places, abs=1e-6)
 
 
+def test_corners_whose_attitudes_are_drawn_are_bounded(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(table_query, "_MOST_CORNERS", 0)
+    diagram = table_answer("x.csv", HEAD + b"1.1,-1.1,1.1,-1.1\n")["diagram"]
+    assert diagram["own"] is None
+    assert diagram["reason"].startswith("At most 0 corners are drawn here, got 1.")
+
+
 def test_of_a_path_only_the_way_out_is_shown() -> None:
     moved = gg.transition("hover", gg.lift([(-0.4, 0.4)], "red"))
     content = BytesIO()
@@ -565,6 +574,7 @@ shading | 3
 waypoints | [[0.1, 0.2]] * 65
 keep_out | [[[0, 0]] * 65]
 keep_out | [[[0, 0], [0.1, 0], [0, 0.1]]] * 33
+keep_in | [1]
 period | None
 vehicle | "/etc/vehicle.toml"
 drag_ratio | 0.019

@@ -128,6 +128,8 @@ def test_a_paced_file_states_the_corners() -> None:
     table = table_of(paced)
     write_tables(table, ["paced.csv"])
     assert gg.gait_of("paced.csv").alpha.tolist() == PLAN.gait.alpha.tolist()
+    again = gg.least_period("paced.csv", limits)
+    assert again.least == pytest.approx(paced.least, rel=1e-3)
     corners = PLAN.gait.alpha.copy()
     corners[1, 3] += 0.01  # off the sheet, where no row lies
     wrong = replace(table, about=table.about | {"corners": corners.tolist()})

@@ -94,8 +94,9 @@ def test_a_plot_marks_a_stop() -> None:
     settings = FlightSettings(floor=0.0, duration=2.5, control_rate=250)
     timed = gait_of_paper(1).parametrize(5.0)
     stopped = fly(timed, anyway=True, settings=settings)
-    lines = plot_flight(stopped, panels=["attitude"])[0].get_lines()
-    (mark,) = (line for line in lines if line.get_gid() == "stop")
+    attitude, thrusts = plot_flight(stopped, panels=["attitude", "thrusts"])
+    (mark,) = (line for line in attitude.get_lines() if line.get_gid() == "stop")
+    assert thrusts.get_yscale() == "symlog"
     assert stopped.failed
     assert mark.get_xdata()[0] == stopped.flown
 
@@ -129,6 +130,8 @@ def test_files_of_a_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
             verdict = np.asarray(film.convert("L"))[285:303, 16:140]
             assert (verdict.min() < 100) == (k == count - 1)
     assert lasts == 80 + 80
+    write_flight(flight, [tmp_path / "a.svg"])
+    assert "Gait 3 · vehicle paper" in (tmp_path / "a.svg").read_text()
     with pytest.raises(gg.InputError, match="nothing was flown"):
         write_flight(fly("gait1"), [tmp_path / "no.gif"])
 

@@ -340,6 +340,7 @@ def test_what_equal_arms_state_follows_from_positions() -> None:
     assert math.isclose(vehicle.drag_ratio, 0.06)
     assert np.allclose(vehicle.scaled_drags, 4 * np.array(DRAGS))
     assert np.allclose(vehicle.scaled_positions, 4 * np.array(RECTANGLE))
+    assert np.allclose(vehicle.arm_angles, np.arctan2(*np.array(RECTANGLE).T[1::-1]))
     assert vehicle.asymmetry is None
     assert not vehicle.has_raised_rotors
     assert ODD.has_raised_rotors
