@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from gaitgraph.errors import InputError
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.graph.walks import (
@@ -290,3 +291,13 @@ def test_without_time_each_place_is_followed_by_the_nearest_if_that_is_shorter(
         left.remove(nearest[-1])
     given = list(range(number))
     assert list(order) == min((given, nearest), key=lambda way: total(way, apart))
+
+
+@pytest.mark.parametrize(
+    ("stops", "named"),
+    [([["nowhere"]], "'nowhere'"), ([], r"\[\]"), ([[]], "at least one")],
+)
+def test_stops_of_a_walk_are_nodes(stops: Any, named: str) -> None:
+    with pytest.raises(InputError, match=named) as refused:
+        closed_walk(surface_graph(divisions=4), stops)
+    assert refused.value.field == "stops"

@@ -128,6 +128,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Zones": lambda: ZONES,
 }
 OTHERS: dict[str, Callable[[], Any]] = {  # that functions return
+    "closed walk": lambda: gg.graph.closed_walk(WALKED, [["002 001 red"]]),
     "gait of rows": lambda: gg.timing.timed_gait_of(GAIT.alpha, period=1.0),
     "graph": lambda: gg.surface_graph("negative", divisions=4),
     "location": lambda: gg.location_of(LOOP, keep_out=[BAR]),
@@ -140,6 +141,7 @@ OTHERS: dict[str, Callable[[], Any]] = {  # that functions return
     "refusal": lambda: gg.plan_loop([(1.5, 1.5)]),
     "root arrays": lambda: gg.surface.root_arrays(0.3, 0.2),
     "roots": lambda: gg.roots(0.3, 0.2),
+    "settings": lambda: gg.FlightSettings(reference="circle", size=2.0, lap=9.0),
 }
 ALL = {name: cache(make) for name, make in (MADE | OTHERS).items()}
 
@@ -179,13 +181,15 @@ def test_it_is_pickled_copied_and_if_it_is_a_record_comes_back_from_json(
             assert other != object()
 
 
+WALKED = gg.surface_graph(divisions=8)
+
+
 def test_another_value_is_not_equal() -> None:
     moved = gg.lift([*LOOP[:3], (-1.2, math.nextafter(0.4, 1.0))], "red")
-    assert moved != GAIT
-    assert gg.lift(LOOP, "red", vehicle=LIMITED) != GAIT
+    for other in (moved, gg.lift(LOOP, "red", vehicle=LIMITED)):
+        assert other != GAIT
     assert GAIT.parametrize(1.0, samples=7) != TIMED
     assert len({GAIT, gg.lift(LOOP, "red"), moved}) == 2
-    assert gg.Gait(alpha=[[0.0] * 4]) != gg.Gait(alpha=[[1e-300, 0, 0, 0]])
     assert gg.Gait(alpha=[[0.0] * 4]) == gg.Gait(alpha=[[-0.0] * 4])
 
 
@@ -217,6 +221,9 @@ def test_geometries_and_numbers_of_numpy_have_a_form_and_functions_have_none() -
     for value in (print, np.array(["a"]), Enum):
         with pytest.raises(gg.InputError, match="must have a form in JSON"):
             plain(value)
+    for item in ("x", None, [0.5]):
+        with pytest.raises(gg.InputError):
+            rebuilt({"type": "array", "dtype": "<f8", "items": [0.5, item]})
 
 
 GAIT_KIND = "gaitgraph.gait.gait.Gait"
@@ -313,13 +320,6 @@ def test_a_certificate_without_its_claims_is_refused(
     assert refused.value.field == field
 
 
-@pytest.mark.parametrize("item", ["x", None, [0.5]])
-def test_an_array_is_not_made_of_other_values(item: Any) -> None:
-    stated = {"type": "array", "dtype": "<f8", "items": [0.5, item]}
-    with pytest.raises(gg.InputError):
-        rebuilt(stated)
-
-
 def cost(first: Any, second: Any, edge: dict[str, float]) -> float:
     return edge["length"]
 
@@ -351,9 +351,9 @@ def test_a_region_explains_itself_after_the_way_and_is_stated_by_its_polygons() 
 
 
 CHANGING = {"Motion", "Engine", "Simulation"}  # the arrays are the caller's, or change
-WITHOUT_ARRAYS = set(
+WITHOUT_ARRAYS = {"closed walk"} | set(
     "AcceptableAttitudes Certified Check Coloring ColoringRefusal Condition FlightSettings "
-    "Joint ServoMap ShortestPaths Verified Zones graph roots".split()
+    "Joint ServoMap ShortestPaths Verified Zones graph roots settings".split()
 )
 
 
@@ -395,14 +395,6 @@ def test_its_arrays_cannot_be_written_to(name: str) -> None:
         assert bool(arrays) != (name in WITHOUT_ARRAYS)
 
 
-def test_an_array_that_was_given_stays_its_owners() -> None:
-    alpha1 = np.array([0.4, 0.8])
-    table = gg.Table(columns={"alpha1": alpha1})
-    alpha1[0] = 0.5
-    with pytest.raises(ValueError, match="read-only"):
-        table["alpha1"][0] = 1.5
-
-
 def test_the_mappings_of_a_table_cannot_be_changed() -> None:
     table = gg.timing.table_of(TIMED)
     for taken in (table, copy.deepcopy(table), pickle.loads(pickle.dumps(table))):
@@ -412,6 +404,23 @@ def test_the_mappings_of_a_table_cannot_be_changed() -> None:
             with pytest.raises(TypeError, match="read-only"):
                 mapping.update(alpha1=0.0)
         assert taken == table
+    given = np.array([0.4, 0.8])
+    kept = gg.Table(columns={"alpha1": given})
+    given[0] = 0.5  # an array that was given stays its owner's
+    with pytest.raises(ValueError, match="read-only"):
+        kept["alpha1"][0] = 1.5
+
+
+def test_answers_with_rows_go_to_pandas() -> None:
+    pytest.importorskip("pandas", reason="install pandas")
+    report = gg.validate(GAIT)
+    checks = report.to_pandas().set_index("name")
+    assert list(checks.index) == [check.name for check in report.checks]
+    assert checks.loc["R_sign", "value"] == report["R_sign"].value
+    gaits = robustness().to_pandas()
+    stated = [each.as_mapping() for each in (robustness().gait, *robustness().sweep)]
+    assert gaits.verdict.tolist() == [each["verdict"] for each in stated]
+    assert "singular_curves" not in gaits
 
 
 def test_an_engine_and_a_simulation_fly_the_same_after_the_way() -> None:
