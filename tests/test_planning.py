@@ -428,3 +428,10 @@ def test_a_file_has_the_colourings_of_its_loop(tmp_path: Path) -> None:
     of_gait = gg.colorings(RICH, vehicle=MIRRORED, crossing_tolerance=0.01)
     assert list(colorings_of_file(path)) == list(of_gait)
     assert colorings_of_file(path) == gg.validate(path).listing
+
+
+def test_waypoints_that_repeat_are_merged_around_the_seam_too() -> None:
+    first, second, third, _ = G3.waypoints
+    plan = gg.plan_loop([first, first, second, third, first])
+    assert len(plan.waypoints) == 3
+    assert any("merged 2 waypoints" in warning for warning in plan.warnings)

@@ -96,6 +96,11 @@ def test_random_requests_are_answered_by_the_shortest_paths_and_they_fly(
         bound = answer.least_singular_value
         assert replanner.floor <= bound <= min(values.min() + 1e-12, exact)
         shares.append(bound / values.min())
+        # The approach and the loop are flown at one speed.
+        approach = shapely.LineString(answer.approach.repeat(2, axis=0)).length
+        around = shapely.LinearRing(answer.loop).length
+        expected = around * answer.duration
+        assert approach * answer.period == pytest.approx(expected, abs=1e-9)
         assert gg.validate(answer.timed.gait, floor=replanner.floor).flyable
         assert answer.entry.check(floor=replanner.floor).flyable
         turn = answer.entry.at(answer.duration).alpha[:2]
@@ -127,6 +132,9 @@ def test_the_speed_is_constant_and_the_fastest_that_rates_allow() -> None:
     for rate, slower in ((50.0, 1), (0.25, 4)):  # the vehicle's limits hold too
         other = Replanner(vehicle, sign="positive", rate=rate).replan(here, AROUND)
         assert other.period == pytest.approx(slower * answer.period)
+    third = gg.PAPER.replace(max_tilt_rate=[3.0, 4.0, 2.0, 4.0])
+    twice = Replanner(third, sign="positive").replan(here, AROUND)
+    assert 2 * twice.period == pytest.approx(answer.period)
 
 
 def test_nothing_moves_or_nothing_is_approached() -> None:

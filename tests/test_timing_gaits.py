@@ -120,6 +120,7 @@ def test_the_sheet_of_a_sample_is_that_of_the_corner_last_passed(law: LawName) -
         # A rate that does not fit the period is raised so that the table closes.
         (2.0, {"rate": 50}, 100),
         (1.0, {"rate": 2.5}, 3),
+        (0.1, {"rate": 1.0}, 1),
         (1e9, {}, 100),
         (1e-6, {"samples": 1}, 1),
         (2.0, {"rate": 5_000_000}, 10_000_000),
@@ -127,6 +128,7 @@ def test_the_sheet_of_a_sample_is_that_of_the_corner_last_passed(law: LawName) -
         (1e-7, {}, None),
         (1.1e9, {}, None),
         (2.0, {"rate": 5_000_001}, None),
+        (1.0, {"rate": 0}, None),
         (1.0, {"samples": 0}, None),
         (1.0, {"samples": 10_000_001}, None),
         (1.0, {"samples": 5, "rate": 5.0}, None),

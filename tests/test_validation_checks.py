@@ -156,15 +156,18 @@ def test_jumps_are_measured(
     assert f"where it {cause}" in check.message
 
 
-def test_a_small_change_of_color_counts_more_than_larger_deviations_within_tolerance() -> (
-    None
-):
+@pytest.mark.parametrize(
+    ("off", "value", "limit"), [(1e-3, 1e-4, 1e-9), (0.1, 0.1, 2e-3)]
+)
+def test_a_small_change_of_color_counts_more_than_larger_deviations_within_tolerance(
+    off: float, value: float, limit: float
+) -> None:
     points = [(DELTA + 5e-5, -DELTA - 5e-5), (0.4, -0.4), (0.4, -0.3)]
     gait = lift(points, ["blue", "red", "red"])
-    moved = gait.alpha + np.outer([0, 0, 1], [0, 0, 1e-3, 0])
+    moved = gait.alpha + np.outer([0, 0, 1], [0, 0, off, 0])
     check = Gait(alpha=moved, colors=gait.colors).check()["continuous"]
-    assert check.value == pytest.approx(1e-4, rel=1e-6)
-    assert (check.ok, check.limit) == (False, 1e-9)
+    assert check.value == pytest.approx(value, rel=1e-6)
+    assert (check.ok, check.limit) == (False, limit)
 
 
 @pytest.mark.parametrize(("lies", "colored"), [("red", "blue"), ("blue", "red")])

@@ -255,12 +255,14 @@ def test_a_coincidence_is_no_convention() -> None:
 @pytest.mark.parametrize(
     ("offset", "words"),
     [
-        ([0, 0, 3, 0], "α3 by 3.00° and α4 by 0.00°"),
-        ([0, 1, 0, -4], "α3 by 0.00° and α4 by -5.00°"),
+        ([0, 0, 3, 0], "α3 by 3.03° and α4 by 0.00°"),
+        ([0, 1, 0, -4], "α3 by 0.03° and α4 by -5.00°"),
     ],
 )
 def test_a_constant_offset_is_told_in_degrees(offset: list[int], words: str) -> None:
+    """In the middle of its range: here the first row has 0.06° more."""
     rows = sampled(G3).alpha + np.radians(offset)
+    rows[0, 2] += 1e-3
     told = f"all rows are off red by the same angles, {words}"
     assert told in validate(table_from(rows))["on_surface"].message
     noise = np.random.default_rng(5).normal(0, 0.02, rows.shape)
@@ -460,6 +462,8 @@ def test_colourings_are_of_loops_in_the_square_and_of_long_tables_a_number() -> 
     assert validate(side).listing is not None
     beyond = Gait(alpha=[[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]], colors=("red",))
     assert validate(beyond).listing is None
+    opposite = Gait(alpha=[[0.3, -0.3, 2.0, -0.3]], colors=("red",))
+    assert validate(opposite).listing is not None
     many = np.tile(lift(G3.angles, "red").alpha, (MOST_LISTED_ROWS // 4 + 1, 1))
     listing = validate(table_from(many)).listing
     assert listing is not None
