@@ -58,10 +58,9 @@ def test_a_mission_is_certified_and_compared_with_its_table(tmp_path: Path) -> N
     mission = gg.mission(gg.lift(LOOP[:2], "red").parametrize(2.0), periods=1)
     mission.write(table)
     gg.certify(table).write(path)
-    found = verify(path)
-    assert bool(found)
-    assert found.flyable
-    assert (found.found["path"], found.rows) == ("open", len(mission.t))
+    verified = verify(path)
+    assert verified.flyable
+    assert (verified.found["path"], verified.rows) == ("open", len(mission.t))
     rows = gg.read_table(table)
     assert note_on_certificate(table, rows, gg.PAPER) == ""
     document = json.loads(path.read_text())

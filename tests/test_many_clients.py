@@ -1,11 +1,10 @@
-"""Mixed requests of many clients: the bytes of one thread, how long each takes, and what stays in memory."""
+"""Mixed requests of many clients: the bytes of one thread, and what stays in memory."""
 
 from __future__ import annotations
 
 import json
 import random
 import resource
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -68,21 +67,18 @@ KINDS: list[Callable[[random.Random], Any]] = [
 ]
 
 
-def answer(number: int) -> tuple[str, float, float]:
-    """Return the answer of a request as JSON, and how long it took, by the clock and by its thread [s]."""
+def answer(number: int) -> str:
+    """Return the answer of a request as JSON."""
     kind = KINDS[number % len(KINDS)]
-    start, worked = time.perf_counter(), time.thread_time()
-    text = json.dumps(kind(random.Random(number)))
-    return text, time.perf_counter() - start, time.thread_time() - worked
+    return json.dumps(kind(random.Random(number)))
 
 
 @pytest.mark.parametrize("count", [24, pytest.param(1000, marks=pytest.mark.slow)])
 def test_sixteen_clients_get_the_bytes_of_one(count: int) -> None:
     with ThreadPoolExecutor(16) as clients:
-        together = [text for text, _, _ in clients.map(answer, range(count))]
-    alone = [answer(number)[0] for number in range(count)]
-    assert together == alone
-    assert len({*alone}) == count
+        together = [*clients.map(answer, range(count))]
+    assert together == [answer(number) for number in range(count)]
+    assert len({*together}) == count
 
 
 def resident() -> float:
@@ -100,18 +96,3 @@ def test_memory_is_flat_over_new_vehicles() -> None:
         if number in (2_000, 3_999):
             marks.append(resident())
     assert marks[1] - marks[0] < 2, marks
-
-
-def main() -> None:
-    """Print how long mixed requests take, by percentiles [ms]."""
-    timed = [answer(number)[1:] for number in range(1000)]
-    for name, seconds in zip(("clock", "CPU"), zip(*timed, strict=True), strict=True):
-        values = np.percentile(seconds, [50, 95, 99, 100]) * 1000
-        print(name, *(f"{value:.0f}" for value in values))
-    for k, kind in enumerate(KINDS):
-        worked = np.array([spent for _, spent in timed[k :: len(KINDS)]]) * 1000
-        print(f"{kind.__name__:15}", np.percentile(worked, [50, 99]).round(1))
-
-
-if __name__ == "__main__":
-    main()

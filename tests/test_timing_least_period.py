@@ -162,7 +162,7 @@ def test_no_other_speeds_within_the_limits_are_larger_anywhere(
     np.testing.assert_allclose(b[:-1], best.x, rtol=1e-5, atol=1e-7)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=6)
 @given(
     points=st.lists(
         st.tuples(st.floats(0.3, 1.3), st.floats(-1.3, -0.3)), min_size=1, max_size=6
@@ -181,7 +181,7 @@ def test_every_law_is_smooth_closed_and_within_its_limits(
     points: Any, rounding: Any, limits: Any
 ) -> None:
     gait = lift(points, "red")
-    answer = least_period(gait, Limits(**limits), rounding=rounding, nodes=60)
+    answer = least_period(gait, Limits(**limits), rounding=rounding, nodes=50)
     if answer:
         check_lawful(answer)
     else:
