@@ -44,18 +44,6 @@ def test_where_no_rotor_hovers_with_much(kappa: float, area: float) -> None:
     assert reached.area == pytest.approx(area, abs=6e-3)
 
 
-@pytest.mark.parametrize("kappa", [0.02, 0.3, 1.2])
-def test_without_a_floor_the_part_of_hover_is_equally_large(kappa: float) -> None:
-    vehicle = gg.Vehicle(drag_ratio=kappa)
-    positive = gg.admissible_region(vehicle, sign="positive", floor=0.0)
-    negative = gg.admissible_region(vehicle, sign="negative", floor=0.0)
-    whole = math.pi**2 / 4 + math.atan(kappa) ** 2
-    assert positive.area == pytest.approx(whole, abs=1e-4)
-    assert negative.area == pytest.approx(whole, abs=1e-4)
-    assert positive.components[0].area == pytest.approx(math.pi**2 / 4, abs=1e-4)
-    assert positive.component_of((0.0, 0.0)) == 0
-
-
 def test_small_drag_ratios_and_long_arms() -> None:
     for kappa, flyable in ((0.0249, False), (0.0251, True)):
         region = gg.admissible_region(gg.Vehicle(drag_ratio=kappa))

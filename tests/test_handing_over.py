@@ -177,15 +177,6 @@ def test_a_request_is_no_gait(tmp_path: Path, name: str, text: str) -> None:
         gg.validate(path)
 
 
-def test_an_optimal_gait_is_a_gait(tmp_path: Path) -> None:
-    optimal = gg.optimal_gait(LOOP, pieces=8)
-    rates = optimal.timed(samples=10).rate_checks()
-    assert gg.validate(optimal).checks[-len(rates) :] == rates
-    assert gg.gait_of(optimal).alpha.tolist() == optimal.gait.alpha.tolist()
-    assert gg.export(optimal, tmp_path / "a.csv", rate=5).rows == 6
-    assert gg.read_table(tmp_path / "a.csv").about["made_by"] == "optimize"
-
-
 REFUSALS: list[Callable[[], Any]] = [
     lambda: gg.plan_loop([(1.5, 1.5), (0.3, -0.3)]),
     lambda: gg.transition("hover", "gait3"),

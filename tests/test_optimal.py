@@ -50,35 +50,6 @@ def plane_of(found: Any, count: int = 4001) -> np.ndarray:
 # -- Splines, cells and levels
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_cells_hold_their_hulls_and_stay_inside_the_polygon(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    turn = np.sort(rng.uniform(0, 2 * math.pi, 25))
-    reach = rng.uniform(0.6, 1.4, (25, 1))
-    outline = np.column_stack([np.cos(turn), np.sin(turn)]) * reach
-    holes = shapely.buffer(
-        shapely.points(rng.uniform(-0.6, 0.6, (4, 2))), 0.1, quad_segs=4
-    )
-    parts: Any = shapely.get_parts(
-        shapely.Polygon(outline).buffer(0) - shapely.union_all(holes)
-    )
-    polygon = parts[np.argmax(shapely.area(parts))]
-    hulls = rng.uniform(-1, 1, (400, 1, 2)) + rng.normal(scale=0.03, size=(400, 4, 2))
-    shapes = shapely.convex_hull(shapely.multipoints(hulls))
-    hulls = hulls[shapely.covers(polygon.buffer(-2e-3), shapes)]
-    cells = LeastEffort(polygon, discs_of([(0, 0)], 0.1), 1e-3).cells(hulls)
-    assert len(hulls) > 20
-    for number, hull in enumerate(hulls):
-        own = cells.piece == number
-        normals, offsets = cells.normals[own], cells.offsets[own]
-        assert (hull @ normals.T <= offsets + 1e-12).all()
-        tried = hull.mean(axis=0) + rng.uniform(-0.5, 0.5, (300, 2))
-        inside = shapely.points(tried[(tried @ normals.T <= offsets).all(axis=1)])
-        assert shapely.covers(polygon, inside).all()
-        away = shapely.distance(polygon.boundary, inside)
-        assert np.min(away, initial=1.0) >= 1e-3 * (1 - 1e-9)
-
-
 def test_highest_level_is_that_of_the_pass_between_obstacles() -> None:
     """Two discs of high level, joined only through a gate where the level is lower; cells of a grid are joined too."""
     walls = [

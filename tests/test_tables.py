@@ -35,7 +35,6 @@ from gaitgraph.io import formats
 from gaitgraph.io.columns import table_from_frame
 from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import read_table, write_tables
-from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.vehicle import vehicle_named
@@ -113,17 +112,6 @@ def test_times_in_other_units_are_read(
         np.testing.assert_allclose(table["t"], TIMED.t, rtol=1e-15)
 
 
-def test_frames_and_servo_tables_may_have_times_in_milliseconds(tmp_path: Path) -> None:
-    head, rows = "time_ms,tilt1,tilt2,tilt3,tilt4", ("0,0,0,0,0", "20,0.1,0,0,0")
-    log = written(tmp_path / "log.csv", head, *rows)
-    table = read_table(log, joints=servo_map_named("x_frame"))
-    assert table["t"].tolist() == [0.0, 0.02]
-    pd = pytest.importorskip("pandas", reason="install pandas")
-    frame = TIMED.to_pandas().set_index("t")
-    frame.index = pd.Index(frame.index * 1e3, name="t_ms")
-    np.testing.assert_allclose(table_from_frame(frame)["t"], TIMED.t, rtol=1e-15)
-
-
 @pytest.mark.parametrize(
     ("t", "note"),
     [
@@ -144,11 +132,6 @@ def test_times_that_are_probably_wrong_are_told(
         notes = read_table(path).notes
     assert len(notes) == len(raised) == (note is not None)
     assert note is None or re.search(note, str(raised[0].message))
-
-
-def test_a_long_period_that_the_file_states_is_no_surprise(tmp_path: Path) -> None:
-    lift(G3.angles, "red").parametrize(period=300.0).write(tmp_path / "slow.csv")
-    assert read_table(tmp_path / "slow.csv").notes == ()
 
 
 def test_quotation_marks_hold_texts_whole_and_swallow_nothing(tmp_path: Path) -> None:
@@ -267,18 +250,15 @@ def test_rows_and_lines_are_counted_through(tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", [".csv", ".json", ".npz", ".mat", ".parquet"])
 def test_files_that_cannot_be_read(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"gait{suffix}"
-    with pytest.raises(gg.errors.FileProblem, match="No such file"):
-        read_table(path)
     if suffix in (".csv", ".json"):
         path.write_bytes(b"\xff\xfe\0")
         assert "must be UTF-8 text, got other bytes" in refusal(path)
         path.unlink()
-    path.mkdir()
-    with pytest.raises(gg.errors.FileProblem, match="Is a directory"):
-        read_table(path)
-    with pytest.raises(
-        gg.InputError, match="must have one of the suffixes .csv, .json"
-    ):
+    for told in ("No such file", "Is a directory"):
+        with pytest.raises(gg.errors.FileProblem, match=told):
+            read_table(path)
+        path.mkdir(exist_ok=True)
+    with pytest.raises(gg.InputError, match="must have one of the suffixes .csv,"):
         read_table(tmp_path / "gait.xlsx")
 
 
@@ -366,33 +346,24 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
     export(saved, tmp_path / "b.csv")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
     of_plan, of_table = gg.validate(saved), gg.validate(tmp_path / "a.csv")
-    assert len(of_plan.checks) == len(of_table.checks)
     assert of_plan["tilt_rate"].value == pytest.approx(of_table["tilt_rate"].value)
     refused = gg.plan_loop(G1.waypoints, coefficients="exact").as_mapping()
     assert "a plan without a gait" in refusal(written(saved, json.dumps(refused)))
 
 
 def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
-    gait = gg.plan_loop(G3.waypoints).gait
-    optimal = gg.optimal_gait([(0.9, -0.9)], objective="hover_reserve")
-    made: list[tuple[Any, str | None]] = [
-        *(
-            (table_of(other.parametrize(samples=4)), "must hold a request")
-            for other in (gait.reversed(), gait.started_at(1), gait.biased(0.9))
-        ),
-        (optimal.table(samples=4), "got none .it was made by optimize"),
-        (gg.retarget(gait.alpha).table, "got none .it was made by retarget"),
-        (export(gait, [], period=1.0).table, None),
-    ]
+    path, gait = tmp_path / "made.csv", gg.plan_loop(G3.waypoints).gait
+    others = [gait.reversed(), gait.started_at(1), gait.biased(0.9)]
+    made = [(table_of(other.parametrize()), "must hold a request") for other in others]
+    optimal: Any = gg.optimal_gait([(0.9, -0.9)], objective="hover_reserve", pieces=8)
+    made.append((optimal.table(samples=4), "got none .it was made by optimize"))
+    made.append((gg.retarget(gait.alpha).table, "got none .it was made by retarget"))
     for table, message in made:
-        path = tmp_path / "made.csv"
         write_tables(table, [path], force=True)
-        if message is None:
-            kept = gait_of(path).request
-            assert kept["waypoints"] == gait.request["waypoints"]
-        else:
-            with pytest.raises(gg.InputError, match=message):
-                read_request(path, {})
+        with pytest.raises(gg.InputError, match=message):
+            read_request(path, {})
+    export(gait, path, period=1.0, force=True)
+    assert gait_of(path).request["waypoints"] == gait.request["waypoints"]
 
 
 def test_what_made_a_csv_file_is_one_text_in_its_first_row(tmp_path: Path) -> None:
@@ -425,8 +396,8 @@ def test_columns_that_disagree_with_the_angles_are_computed_anew(
     tmp_path: Path,
 ) -> None:
     head = f"t,{HEAD},R,types,alpha1_rate,thrust2"
-    rows = '0,0.4,-0.4,{},-0.4,7,"(-,-)",9,9', '1,0.8,-0.4,0.8,-0.4,7,"(-,-)",9,9'
-    path = written(tmp_path / "a.csv", head, rows[0].format(0.4), rows[1])
+    rows = '0,0.4,-0.4,0.4,-0.4,7,"(-,-)",9,9', '1,0.8,-0.4,0.8,-0.4,7,"(-,-)",9,9'
+    path = written(tmp_path / "a.csv", head, *rows)
     table = export(path, []).table
     np.testing.assert_allclose(table["R"], level_determinant(table.alpha, PUBLISHED))
     assert table["types"] == ("(+,+)",) * 3
@@ -437,8 +408,6 @@ def test_columns_that_disagree_with_the_angles_are_computed_anew(
     exact = coefficients_of(vehicle, "exact")
     np.testing.assert_allclose(other["R"], level_determinant(other.alpha, exact))
     assert other.about["coefficients"] == "exact"
-    off = written(tmp_path / "off.csv", head, rows[0].format(0.1), rows[1])
-    assert "types" not in export(off, [], anyway=True).table
 
 
 @pytest.mark.parametrize("preset", ["paper", "beetle_omni", "beetle_art"])
@@ -465,11 +434,7 @@ def test_rows_that_no_thrusts_hold_have_no_columns_of_thrust() -> None:
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [
-        ("x.txt", "must have one of the suffixes"),
-        ("x.m", r"MATLAB and Octave load \.mat"),
-        ("none/x.csv", "does not exist"),
-    ],
+    [("x.txt", "must have one of the suffixes"), ("x.m", r"Octave load \.mat")],
 )
 def test_outputs_that_cannot_be(tmp_path: Path, name: str, message: str) -> None:
     with pytest.raises(gg.GaitgraphError, match=message):

@@ -231,13 +231,13 @@ def test_the_report_of_a_joined_path_is_of_all_its_sections(leaves: bool) -> Non
     limited = rounded().with_gait(replace(rounded().gait, vehicle=vehicle))
     ends: Any = (limited, "hover") if leaves else ("hover", limited)
     path = gg.transition(*ends)
-    table = path.table
-    shares = hover_thrust_shares(table.alpha, vehicle)
-    for report in (path.report, gg.validate(table)):
+    alpha = path.table.alpha
+    shares = hover_thrust_shares(alpha, vehicle)
+    for report in (path.report, gg.validate(path.table)):
         least = report["R_sign"].value or 0.0
-        assert 0.0 <= table["R"].min() - least < 0.05
-        tilt = np.abs(table.alpha).max()
-        assert report["tilt_range"].value == pytest.approx(tilt, abs=2e-3)
+        assert 0.0 <= path.table["R"].min() - least < 0.05
+        tilt = report["tilt_range"].value
+        assert tilt == pytest.approx(np.abs(alpha).max(), abs=2e-3)
         extremes = (shares.min(), shares.max())
         assert report.hover_thrusts == pytest.approx(extremes, abs=5e-3)
 
