@@ -170,9 +170,7 @@ def test_once_keeps_the_rows_and_rates_of_a_gait(fast: Path) -> None:
     np.testing.assert_allclose(fine.alpha, between, atol=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("rounding", "suffix"), [(None, ".csv"), ("2deg", ".json")]
-)
+@pytest.mark.parametrize(("rounding", "suffix"), [(None, ".csv"), ("2deg", ".json")])
 def test_another_sampling_of_a_paced_table_keeps_its_limits_and_its_law(
     rounding: str | None, suffix: str, tmp_path: Path
 ) -> None:

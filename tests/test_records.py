@@ -41,6 +41,11 @@ SETTINGS = gg.FlightSettings()
 
 
 @cache
+def graph() -> Any:
+    return gg.surface_graph("negative", divisions=4)
+
+
+@cache
 def plan() -> Any:
     return gg.plan_loop(LOOP[:2], keep_out=[BAR])
 
@@ -128,9 +133,9 @@ MADE: dict[str, Callable[[], Any]] = {
     "Zones": lambda: ZONES,
 }
 OTHERS: dict[str, Callable[[], Any]] = {  # that functions return
-    "closed walk": lambda: gg.graph.closed_walk(WALKED, [["002 001 red"]]),
+    "closed walk": lambda: gg.graph.closed_walk(graph(), [["003 002 red"]]),
     "gait of rows": lambda: gg.timing.timed_gait_of(GAIT.alpha, period=1.0),
-    "graph": lambda: gg.surface_graph("negative", divisions=4),
+    "graph": graph,
     "location": lambda: gg.location_of(LOOP, keep_out=[BAR]),
     "mission": lambda: gg.mission(TIMED),
     "paced": lambda: gg.paced(GAIT, LIMITS),
@@ -179,9 +184,6 @@ def test_it_is_pickled_copied_and_if_it_is_a_record_comes_back_from_json(
             assert other == made
             assert hash(other) == hash(made)
             assert other != object()
-
-
-WALKED = gg.surface_graph(divisions=8)
 
 
 def test_another_value_is_not_equal() -> None:

@@ -354,6 +354,7 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
 def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
     path, gait = tmp_path / "made.csv", gg.plan_loop(G3.waypoints).gait
     others = [gait.reversed(), gait.started_at(1), gait.biased(0.9)]
+    made: list[tuple[Any, str]]
     made = [(table_of(other.parametrize()), "must hold a request") for other in others]
     optimal: Any = gg.optimal_gait([(0.9, -0.9)], objective="hover_reserve", pieces=8)
     made.append((optimal.table(samples=4), "got none .it was made by optimize"))

@@ -460,11 +460,14 @@ def test_hover_power_is_the_mean_of_dense_samples(vehicle: str, law: Any) -> Non
     assert report.hover_power == pytest.approx(expected, rel=1e-6)
 
 
-def test_hover_power_of_rows_is_that_of_the_rows_as_joined() -> None:
-    """In time if they have times, else by length; also after a step that is short."""
-    corners = lift([*LOOP, LOOP[0]], "red").alpha
+@pytest.mark.parametrize("count", [2, 1500])
+def test_hover_power_of_rows_is_that_of_the_rows_as_joined(count: int) -> None:
+    """In time if they have times, else by length; also after a step that is short, and of many short steps."""
+    corners = along(lift(LOOP, "red").alpha, count)
+    corners = np.vstack([corners, corners[:1]])
     near = corners[0] + 1e-3 * (corners[1] - corners[0])
     rows = np.insert(corners, 1, near, axis=0)
+    rows = rows[np.append(True, np.diff(rows, axis=0).any(axis=1))]
     t = np.random.default_rng(4).uniform(0.5, 1.5, len(rows)).cumsum()
     length = np.append(0.0, np.linalg.norm(np.diff(rows, axis=0), axis=1).cumsum())
     for form, places, over in (
