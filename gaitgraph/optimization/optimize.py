@@ -65,6 +65,7 @@ from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.gait.gait import Gait
@@ -451,7 +452,7 @@ def highest_level(
     as in :func:`level_region`.
     """
 
-    def level_of(level: float, accuracy: float = DEFAULT_ACCURACY) -> Region:
+    def level_of(level: float, accuracy: float) -> Region:
         return level_region(objective, level, vehicle, accuracy, **of_margin)
 
     close = _CLOSE
@@ -466,18 +467,18 @@ def highest_level(
         else:
             high = middle
     # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
-    for given in (close * 2.0 ** np.arange(16)).tolist():
-        level = high * (1 - given)
-        inner: Any = region.inner & level_of(level, accuracy=_FOLLOWED).inner
+    for given_up in (close * 2.0 ** np.arange(16)).tolist():
+        level = high * (1 - given_up)
+        inner: Any = region.inner & level_of(level, _FOLLOWED).inner
         if component_meeting(offset(inner, -3 * CLEARANCE), discs) is not None:
             return level, high
     return 0.0, high
 
 
-def _may_keep(region: Region, level: Callable[..., Region], discs: Discs) -> bool:
+def _may_keep(region: Region, level: Callable[[float], Region], discs: Discs) -> bool:
     """Return whether a loop through discs may keep a level; coarse polygons decide that for most levels."""
     for accuracy in (_COARSE, _FOLLOWED):
-        kept = level(accuracy=accuracy)
+        kept = level(accuracy)
         if component_meeting(region.outer & kept.outer, discs) is None:
             return False
         if component_meeting(region.inner & kept.inner, discs) is not None:
@@ -548,16 +549,15 @@ class _Search(NamedTuple):
         lower, bound = highest_level(
             region, objective, discs, self.vehicle, **of_margin
         )
-
-        def level_of(level: float) -> Region:
-            return level_region(objective, level, self.vehicle, **of_margin)
-
-        shape = region.inner & level_of(lower).inner
-        kept = region.inner & level_of(lower * (1 - concession)).inner
-        polygon = component_meeting(kept, discs) or within
+        best, calm = (
+            region.inner
+            & level_region(objective, level, self.vehicle, **of_margin).inner
+            for level in (lower, lower * (1 - concession))
+        )
+        polygon = component_meeting(calm, discs) or within
 
         # Discs that share a point are passed by standing still there.
-        here = self._standing(shape)
+        here = self._standing(best)
         if here is not None:
             return self._described(here, [0.0], None, bound)
 
@@ -573,10 +573,10 @@ class _Search(NamedTuple):
                 loop, history = problem.solve(start, self.progress)
                 if history:
                     return self._described(loop, history, problem, bound)
-        return replace(
-            self.base,
-            reason=f"every path through the discs is within {CLEARANCE:.5f} rad of a border",
+        narrow = (
+            f"every path through the discs is within {CLEARANCE:.5f} rad of a border"
         )
+        return replace(self.base, reason=narrow)
 
     def _why_apart(self) -> str:
         """Return why no component of the region meets every disc: which disc misses it, or which two lie apart."""
@@ -630,40 +630,40 @@ class _Search(NamedTuple):
             eroded = component_meeting(offset(problem.polygon, -erosion), self.discs)
             if eroded is None:
                 continue
-            # Each disc is passed where the eroded polygon is nearest to its centre.
-            centers = self.discs.centers
-            nearest = shapely.get_coordinates(
-                shapely.shortest_line(eroded, shapely.points(centers))
-            )
-            stops = np.where(
-                self.discs.radii[:, None] > 0, nearest.reshape(-1, 2, 2)[:, 0], centers
-            )
-            # Shortest legs from one to the next, nearly straight corners left out.
-            paths = ShortestPaths(eroded)
-            corners: list[FloatArray] = []
-            at = []
-            for here, there in zip(stops, np.roll(stops, -1, axis=0), strict=True):
-                path = paths.path(here, there)
-                leg = np.array([here, there]) if path is None else path
-                if len(leg) > 2:
-                    leg = np.asarray(
-                        shapely.simplify(shapely.LineString(leg), erosion / 2).coords
-                    )
-                at.append(len(corners))
-                corners += list(leg[:-1])
-            if not corners:  # all stops are one point
-                corners = [stops[0]]
-            if 3 * len(corners) <= _MOST_PIECES:
-                points, knots = least_effort.control_points_along(
-                    np.array(corners), self.pieces
-                )
-                passes = np.append(knots, len(points))[at].astype(
-                    float
-                )  # the last stop may be the first again
-                loop = least_effort.SmoothLoop(points=points, passes=passes)
-                if problem.keeps_inside(loop):
-                    return loop
+            loop = self._along_legs(eroded, erosion / 2)
+            if loop is not None and problem.keeps_inside(loop):
+                return loop
         return None
+
+    def _along_legs(self, polygon: Polygon, tolerance: float) -> SmoothLoop | None:
+        """Return a loop along shortest legs in a polygon, without nearly straight corners; None if it has too many."""
+        # Each disc is passed where the polygon is nearest to its centre.
+        centers, radii = self.discs
+        lines = shapely.shortest_line(polygon, shapely.points(centers))
+        nearest = shapely.get_coordinates(lines)[::2]
+        stops = np.where(radii[:, None] > 0, nearest, centers)
+        paths = ShortestPaths(polygon)
+        corners: list[FloatArray] = []
+        met = []  # the number of the corner at each stop
+        for here, there in zip(stops, np.roll(stops, -1, axis=0), strict=True):
+            leg = paths.path(here, there)
+            if leg is None:
+                leg = np.array([here, there])
+            if len(leg) > 2:
+                line = shapely.simplify(shapely.LineString(leg), tolerance)
+                leg = shapely.get_coordinates(line)
+            met.append(len(corners))
+            corners += list(leg[:-1])
+        if not corners:  # all stops are one point
+            corners = [stops[0]]
+        if 3 * len(corners) > _MOST_PIECES:
+            return None
+        points, knots = least_effort.control_points_along(
+            np.array(corners), self.pieces
+        )
+        # The last stop may be the first again.
+        passes = np.append(knots, len(points))[met].astype(float)
+        return least_effort.SmoothLoop(points=points, passes=passes)
 
     def _described(
         self,

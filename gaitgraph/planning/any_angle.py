@@ -277,56 +277,40 @@ def length_of(points: Sequence[Sequence[float]]) -> float:
 
 
 def prepared_region(
-    branch: Branch, floor: float | None = None, accuracy: float | None = None
+    branch: Branch, level: float = 0.0, accuracy: float | None = None
 ) -> PreparedRegion:
-    """Return the region in which loops of a branch are planned, with the request's floor or another one."""
+    """Return the region in which loops of a branch are planned, or where they also keep a least singular value."""
     request = branch.request
-    if floor is None:
-        floor = request.floor if branch.require == "flyable" else 0.0
+    flyable = branch.require == "flyable"
     return _prepared(
+        level,
         vehicle=request.vehicle,
         require=branch.require,
         color=branch.color,
         sign=branch.sign,
         coefficients=branch.search.coefficients,
-        floor=floor,
+        floor=request.floor if flyable else 0.0,
         zones=request.zones,
         accuracy=accuracy or request.accuracy,
-        margin=branch.servo_margin,
-        margin_floor=request.floor,
+        servo_margin=0.0 if branch.is_curved else branch.servo_margin,
     )
 
 
 @lru_cache(maxsize=32)
-def _prepared(margin: float, margin_floor: float, **asked: Any) -> PreparedRegion:
-    """Return a prepared region, kept for the next request; with "valid" the floor is that of a robust loop or 0."""
-    from gaitgraph.surface.admissible import (
-        admissible_region,
-        servo_margin_region,
-        singular_value_region,
-    )
+def _prepared(level: float, **asked: Any) -> PreparedRegion:
+    """Return a prepared region, kept for the next request."""
+    from gaitgraph.surface.admissible import admissible_region, singular_value_region
 
     region = admissible_region(**asked)
-    is_plane = asked["vehicle"].asymmetry is None
-    if margin and is_plane:
-        # Without errors a robust loop keeps more than the floor, with errors the floor.
-        region &= servo_margin_region(
-            margin,
-            asked["vehicle"],
-            sign=asked["sign"],
-            floor=margin_floor,
-            accuracy=asked["accuracy"],
-        )
-    if asked["require"] == "valid" and asked["floor"] > 0:
-        region = region & singular_value_region(
-            asked["floor"], asked["vehicle"], accuracy=asked["accuracy"]
-        )
+    vehicle = asked["vehicle"]
+    if level:
+        region &= singular_value_region(level, vehicle, accuracy=asked["accuracy"])
     # Beside a fibre of a curved sheet segments from outside the region may lead through it.
-    return PreparedRegion(region, strict=not is_plane)
+    return PreparedRegion(region, strict=vehicle.asymmetry is not None)
 
 
 def _most_robust_region(branch: Branch) -> PreparedRegion:
-    """Return the region with the highest floor of the least singular value that still joins all waypoints."""
+    """Return where the least singular value keeps the highest level that still joins all waypoints."""
     waypoints = branch.request.waypoints
     on_red = np.array(waypoints)[:, [0, 1, 0, 1]]
     at_waypoints = least_singular_value(on_red, branch.request.vehicle)
@@ -336,27 +320,27 @@ def _most_robust_region(branch: Branch) -> PreparedRegion:
     if high <= low or not lowest.joins(waypoints):
         return lowest
     # Mostly a waypoint has the least value, and every step would go up: where that ends is tried first.
-    for floor in (high, high - (high - low) / 2**_ROBUST_STEPS):
-        region = prepared_region(branch, floor)
+    for level in (high, high - (high - low) / 2**_ROBUST_STEPS):
+        region = prepared_region(branch, level)
         if region.joins(waypoints):
             return region
     for _ in range(_ROBUST_STEPS):
         middle = (low + high) / 2
-        if _floor_joins(branch, middle):
+        if _level_joins(branch, middle):
             low = middle
         else:
             high = middle
     return prepared_region(branch, low)
 
 
-def _floor_joins(branch: Branch, floor: float) -> bool:
-    """Return whether the region with a floor joins all waypoints; coarse polygons decide that far from the border."""
+def _level_joins(branch: Branch, level: float) -> bool:
+    """Return whether the region with a level joins all waypoints; coarse polygons decide that far from the border."""
     waypoints = branch.request.waypoints
     accuracy = max(_COARSE, branch.request.accuracy)
-    coarse = prepared_region(branch, floor, accuracy).region
+    coarse = prepared_region(branch, level, accuracy).region
     around = region_of([coarse.outer] * 2, accuracy)
     if all(coarse.joined(waypoints[0], point) for point in waypoints):
         return True
     if not all(around.joined(waypoints[0], point) for point in waypoints):
         return False
-    return prepared_region(branch, floor).joins(waypoints)
+    return prepared_region(branch, level).joins(waypoints)
