@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -244,8 +244,38 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     """
     size = angle_within(tolerance, "tolerance", least=SMALLEST)
     gait = gait_of(gait)
-    if gait.vehicle.asymmetry is not None:
-        return _rounded_on_sheet(gait, size)
+    is_curved = gait.vehicle.asymmetry is not None
+    if is_curved:
+        _check_follows_sheet(gait)
+        corners = replace(gait, alpha=gait.alpha[path_of(gait).corners])
+    else:
+        _check_on_one_sheet(gait)
+        corners = gait.merged()
+    corners = _apart(corners)
+    breaks, pieces, blends = _blended(corners.alpha[:, :2], size)
+    if is_curved:
+        sheet = sheet_of(gait.coefficients.rotors)
+        breaks, pieces = lifted_curve(sheet, breaks, pieces)
+        corners = gait  # with its rows
+    curve = Curve(
+        breaks=breaks,
+        pieces=pieces,
+        color=gait.color or "red",
+        vehicle=gait.vehicle,
+        coefficients=gait.coefficients,
+        crossing_tolerance=gait.crossing_tolerance,
+    )
+    return Rounding(curve=curve, gait=corners, tolerance=size, corners=blends)
+
+
+def _check_follows_sheet(gait: Gait) -> None:
+    if not is_lifted(gait):
+        raise InputError(
+            "gait must have rows along its curved sheet, as those of plan and lift, to be rounded, got one without"
+        )
+
+
+def _check_on_one_sheet(gait: Gait) -> None:
     if gait.color not in ("red", "blue"):
         raise wrong(
             "gait",
@@ -263,56 +293,15 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
             "retarget moves it there",
             field="gait",
         )
-    merged = _apart(gait.merged())
-    plane = merged.alpha[:, :2]
-    breaks, pieces = np.array([0.0, 1.0]), plane[None]
-    corners: tuple[RoundedCorner, ...] = ()
-    if len(plane) > 1:
-        bends = _Bends.of(plane, size)
-        breaks, pieces = bends.curve(plane)
-        corners = bends.corners()
-    curve = _curve_of(gait, breaks, pieces)
-    return Rounding(curve=curve, gait=merged, tolerance=size, corners=corners)
-
-
-def _rounded_on_sheet(gait: Gait, size: float) -> Rounding:
-    """Return a gait along a curved sheet with its corners rounded; the gait of the answer keeps its rows."""
-    if not is_lifted(gait):
-        raise InputError(
-            "gait must have rows along its curved sheet, as those of plan and lift, to be rounded, got one without"
-        )
-    corners = gait.alpha[path_of(gait).corners]
-    plane = _apart(replace(gait, alpha=corners)).alpha[:, :2]
-    bends = _Bends.of(plane, size)
-    breaks, pieces = bends.curve(plane)
-    sheet = sheet_of(gait.coefficients.rotors)
-    curve = _curve_of(gait, *lifted_curve(sheet, breaks, pieces))
-    return Rounding(curve=curve, gait=gait, tolerance=size, corners=bends.corners())
-
-
-def _curve_of(gait: Gait, breaks: FloatArray, pieces: FloatArray) -> Curve:
-    """Return a curve on the sheet of a gait."""
-    return Curve(
-        breaks=breaks,
-        pieces=pieces,
-        color=gait.color or "red",
-        vehicle=gait.vehicle,
-        coefficients=gait.coefficients,
-        crossing_tolerance=gait.crossing_tolerance,
-    )
 
 
 def _apart(gait: Gait) -> Gait:
     """Return a merged gait without the corners that are nearer than :data:`SMALLEST` to the one before."""
-
-    def is_apart(corner: FloatArray, other: FloatArray) -> bool:
-        return bool(np.linalg.norm(corner[:2] - other[:2]) > SMALLEST)
-
     kept = [gait.alpha[0]]
     for corner in gait.alpha[1:]:
-        if is_apart(corner, kept[-1]):
+        if _are_apart(corner, kept[-1]):
             kept.append(corner)
-    while len(kept) > 1 and not is_apart(kept[-1], kept[0]):
+    while len(kept) > 1 and not _are_apart(kept[-1], kept[0]):
         kept.pop()
     if len(kept) == len(gait.alpha):
         return gait
@@ -320,82 +309,74 @@ def _apart(gait: Gait) -> Gait:
     return fewer.merged()
 
 
-class _Bends(NamedTuple):
-    """How a closed polyline bends at each of its n corners."""
+def _are_apart(corner: FloatArray, other: FloatArray) -> bool:
+    return bool(np.linalg.norm(corner[:2] - other[:2]) > SMALLEST)
 
-    length: FloatArray  # of the segment after the corner [rad]
-    ahead: FloatArray  # direction of that segment, a unit vector
-    turn: FloatArray  # change of direction, from 0 to π [rad]
-    back: npt.NDArray[np.bool_]  # whether it turns back on its line
-    bent: npt.NDArray[np.bool_]  # whether it turns otherwise
-    per_reach: FloatArray  # deviation from the corner per reach
-    wanted: FloatArray  # the reach for the tolerance [rad]
-    reach: FloatArray  # the reach that fits [rad]
 
-    @classmethod
-    def of(cls, plane: FloatArray, size: float) -> _Bends:
-        """Return the bends of the polyline through two or more points, for a tolerance [rad]."""
-        step = np.roll(plane, -1, axis=0) - plane
-        length = np.linalg.norm(step, axis=1)
-        ahead = step / length[:, None]
-        before = np.roll(ahead, 1, axis=0)
-        sine = before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0]
-        turn = np.arctan2(np.abs(sine), (before * ahead).sum(axis=1))
-        back = turn >= math.pi - SAME_ANGLE
-        bent = (turn > SAME_ANGLE) & ~back
-        per_reach = np.where(bent, 3.0 / 8.0 * np.sin(turn / 2), 0.0)
-        # A turn back leaves no deviation, so it takes all that there is: up to half a segment.
-        shorter = np.minimum(length, np.roll(length, 1))
-        wanted = np.where(back, shorter / 2, 0.0)
-        wanted[bent] = size / per_reach[bent]
-        # A blend never takes more than a whole segment, which keeps sums finite where the turn is slight; and two
-        # on one segment are shrunk until they fit.
-        reach = np.minimum(wanted, shorter)
-        load = np.maximum(reach + np.roll(reach, -1), length)
-        share = length / load
-        reach = reach * np.minimum(share, np.roll(share, 1))
-        return cls(length, ahead, turn, back, bent, per_reach, wanted, reach)
+def _blended(
+    plane: FloatArray, size: float
+) -> tuple[FloatArray, FloatArray, tuple[RoundedCorner, ...]]:
+    """Return breaks, pieces and blends of a closed polyline, shape (n, 2), rounded by a tolerance [rad].
 
-    def curve(self, plane: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return breaks and pieces: around each corner a blend, then what is left of the segment after it."""
-        left = self.length - self.reach - np.roll(self.reach, -1)
-        widths: list[float] = []
-        parts: list[FloatArray] = []  # in powers of the share of the width
-        for k, corner in enumerate(plane):
-            u, v = self.ahead[k - 1], self.ahead[k]
-            d = float(self.reach[k])
-            if self.bent[k]:
-                turned = d * (v - u)
-                blend = [-turned, 2 * turned, 0 * u, 2 * d * u, corner - d * u]
-                widths.append(2 * d)
-                parts.append(np.array(blend))
-            elif self.back[k]:
-                half = d / _TIP
-                for distance in (_TO_TIP, _FROM_TIP):
-                    part = -np.outer(distance, half * u)
-                    part[-1] += corner
-                    widths.append(half)
-                    parts.append(part)
-            if left[k] > _LEFT * self.length[k]:
-                straight = [0 * v, 0 * v, 0 * v, left[k] * v, corner + d * v]
-                widths.append(float(left[k]))
-                parts.append(np.array(straight))
-        powers = np.arange(4, -1, -1)[:, None]
-        pieces = np.stack(parts, axis=1) / (np.array(widths) ** powers)[..., None]
-        return np.concatenate([[0.0], np.cumsum(widths)]), pieces
+    Around each corner there is a blend, then what is left of the segment after it. A point has one piece.
+    """
+    if len(plane) == 1:
+        return np.array([0.0, 1.0]), plane[None], ()
+    step = np.roll(plane, -1, axis=0) - plane
+    length = np.linalg.norm(step, axis=1)
+    ahead = step / length[:, None]
+    before = np.roll(ahead, 1, axis=0)
+    sine = before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0]
+    turn = np.arctan2(np.abs(sine), (before * ahead).sum(axis=1))
+    back = turn >= math.pi - SAME_ANGLE
+    bent = (turn > SAME_ANGLE) & ~back
+    deviation_per_reach = np.where(bent, 3.0 / 8.0 * np.sin(turn / 2), 0.0)
+    # A turn back leaves no deviation, so it takes all that there is: up to half a segment.
+    shorter = np.minimum(length, np.roll(length, 1))
+    wanted = np.where(back, shorter / 2, 0.0)
+    wanted[bent] = size / deviation_per_reach[bent]
+    # A blend never takes more than a whole segment, which keeps sums finite where the turn is slight; and two on one
+    # segment are shrunk until they fit.
+    reach = np.minimum(wanted, shorter)
+    share = length / np.maximum(reach + np.roll(reach, -1), length)
+    reach = reach * np.minimum(share, np.roll(share, 1))
+    left = length - reach - np.roll(reach, -1)
 
-    def corners(self) -> tuple[RoundedCorner, ...]:
-        """Return the blends, at the corners that have one."""
-        return tuple(
-            RoundedCorner(
-                corner=k,
-                turn=float(self.turn[k]),
-                reach=float(self.reach[k]),
-                deviation=float(self.per_reach[k] * self.reach[k]),
-                shrunk=bool(self.reach[k] < self.wanted[k] * (1 - 1e-12)),
+    widths: list[float] = []
+    parts: list[FloatArray] = []  # in powers of the share of the width
+    blends: list[RoundedCorner] = []
+    for k, corner in enumerate(plane):
+        u = before[k]
+        v = ahead[k]
+        d = float(reach[k])
+        if bent[k]:
+            turned = d * (v - u)
+            widths.append(2 * d)
+            parts.append(
+                np.array([-turned, 2 * turned, 0 * u, 2 * d * u, corner - d * u])
             )
-            for k in np.flatnonzero(self.bent | self.back).tolist()
-        )
+        elif back[k]:
+            half = d / _TIP
+            for distance in (_TO_TIP, _FROM_TIP):
+                part = -np.outer(distance, half * u)
+                part[-1] += corner
+                widths.append(half)
+                parts.append(part)
+        if left[k] > _LEFT * length[k]:
+            widths.append(float(left[k]))
+            parts.append(np.array([0 * v, 0 * v, 0 * v, left[k] * v, corner + d * v]))
+        if bent[k] or back[k]:
+            blend = RoundedCorner(
+                corner=k,
+                turn=float(turn[k]),
+                reach=d,
+                deviation=float(deviation_per_reach[k] * d),
+                shrunk=bool(d < wanted[k] * (1 - 1e-12)),
+            )
+            blends.append(blend)
+    powers = np.arange(4, -1, -1)[:, None]
+    pieces = np.stack(parts, axis=1) / (np.array(widths) ** powers)[..., None]
+    return np.append(0.0, np.cumsum(widths)), pieces, tuple(blends)
 
 
 def lifted(

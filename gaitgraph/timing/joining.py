@@ -46,7 +46,7 @@ from gaitgraph.timing.timed_gait import (
 from gaitgraph.vehicle import four_of, lowest_limits
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     import numpy.typing as npt
 
@@ -100,8 +100,7 @@ class RunUp(Record):
     stops: bool = False
 
     def __repr__(self) -> str:
-        kind = "run-down" if self.stops else "run-up"
-        return f"<RunUp: {kind} of {self.periods} periods in {self.period:g} s>"
+        return f"<RunUp: {self.phase} of {self.periods} periods in {self.period:g} s>"
 
     @property
     def gait(self) -> Gait:
@@ -111,7 +110,9 @@ class RunUp(Record):
     @property
     def phase(self) -> str:
         """Its name in a course."""
-        return "run-down" if self.stops else "run-up"
+        if self.stops:
+            return "run-down"
+        return "run-up"
 
     @property
     def made_for(self) -> dict[str, list[float]]:
@@ -177,7 +178,9 @@ class RunUp(Record):
             is_late = tau - np.tanh(tau / self._slowness) * self._slowness > clock
             low, high = np.where(is_late, low, tau), np.where(is_late, tau, high)
         times = np.array([0.0, *low[1:-1], self.period])
-        return read_only(self.period - times[::-1] if self.stops else times)
+        if self.stops:
+            times = self.period - times[::-1]
+        return read_only(times)
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; before and after it those of its ends."""
@@ -283,13 +286,20 @@ class Course(Record):
         """The gait; raises InputError if the course has none, as that of a transition."""
         if "gait" not in self.phases:
             raise InputError(_NO_GAIT.format(", ".join(self.phases)))
-        section = self.sections[self.phases.index("gait")][2]
-        return section.motion if isinstance(section, RunUp) else section
+        _, _, section = self.sections[self.phases.index("gait")]
+        if isinstance(section, RunUp):
+            return section.motion
+        return section
+
+    @property
+    def begins(self) -> list[float]:
+        """When each section begins, and the duration [s]."""
+        return [begin for begin, _, _ in self.sections] + [self.duration]
 
     @property
     def gait_times(self) -> tuple[float, float]:
         """When the gait runs, from the beginning of its run-up to the end of its run-down [s]; see :attr:`timed`."""
-        begins = [begin for begin, _, _ in self.sections] + [self.duration]
+        begins = self.begins
         runs = [k for k, phase in enumerate(self.phases) if phase in _RUNS]
         if not runs:
             raise InputError(_NO_GAIT.format(", ".join(self.phases)))
@@ -303,32 +313,20 @@ class Course(Record):
     @property
     def moving_period(self) -> float:
         """The period of the gait [s]; 0 if its arms stand still."""
-        return self.timed.period if np.ptp(self.timed.gait.alpha, axis=0).any() else 0.0
+        timed = self.timed
+        if not np.ptp(timed.gait.alpha, axis=0).any():
+            return 0.0
+        return timed.period
 
     def at(self, t: FloatArray) -> Motion:
         """Return the motion at times of shape (n,) [s]; see :meth:`TimedGait.at`."""
-        begins = np.array([begin for begin, _, _ in self.sections])
-        which = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
+        which = np.searchsorted(self.begins[1:-1], t, side="right")
         motion = np.empty((3, len(t), 4))
         for k, (begin, own, timed) in enumerate(self.sections):
             mine = which == k
             if mine.any():
                 motion[:, mine] = timed.at(t[mine] - begin + own)
         return Motion(*motion)
-
-
-def course_of(parts: Iterable[tuple[str, float, float, TimedGait | RunUp]]) -> Course:
-    """Return the course of parts, one after another: a phase, its duration, its own time at which it begins [s], itself."""
-    parts = list(parts)
-    begins = np.cumsum([0.0, *(duration for _, duration, _, _ in parts)]).tolist()
-    return Course(
-        sections=tuple(
-            (begin, own, part)
-            for begin, (_, _, own, part) in zip(begins, parts, strict=False)
-        ),
-        duration=begins[-1],
-        phases=tuple(phase for phase, _, _, _ in parts),
-    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -367,9 +365,13 @@ class JoinedPath(TimedGait):
                     names[k] = HOVER
                 elif names[k] == "path":
                     names[k] = "entry" if k < gait else "exit"
-        return course_of(
-            (name, section.period, 0.0, section)
-            for name, section in zip(names, self.sections, strict=True)
+        begins = [0.0]
+        sections = []
+        for section in self.sections:
+            sections.append((begins[-1], 0.0, section))
+            begins.append(begins[-1] + section.period)
+        return Course(
+            sections=tuple(sections), duration=begins[-1], phases=tuple(names)
         )
 
     @property
@@ -378,8 +380,7 @@ class JoinedPath(TimedGait):
         course = self.course
         if "gait" not in course.phases:
             return ()
-        begins = [begin for begin, _, _ in course.sections]
-        return tuple(zip(course.phases, begins, strict=True))
+        return tuple(zip(course.phases, course.begins, strict=False))
 
     @property
     def made_for(self) -> dict[str, list[float]]:
@@ -391,7 +392,9 @@ class JoinedPath(TimedGait):
     def made_from(self) -> dict[str, Any]:
         """What the sections are made from, as a table states it; empty if that is more than corners, laws and limits."""
         sections = [section.statement for section in self.sections]
-        return {"sections": sections} if all(sections) else {}
+        if not all(sections):
+            return {}
+        return {"sections": sections}
 
     def with_gait(self, gait: Gait) -> Self:
         """Return the same motion for the vehicle and the coefficients of a gait."""
@@ -414,8 +417,9 @@ class JoinedPath(TimedGait):
     @property
     def corner_times(self) -> FloatArray:
         """The times at which sections begin, and the duration [s]."""
-        begins = [begin for begin, _, _ in self.course.sections]
-        return read_only(np.array([*begins, self.period]))
+        begins = self.course.begins
+        begins[-1] = self.period
+        return read_only(np.array(begins))
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; before and after the path those of its ends."""
@@ -436,21 +440,11 @@ class JoinedPath(TimedGait):
 
     def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the paths and of the whole gaits that are begun or left, the worse of each."""
-        reports = [section.check(**options) for section in self.sections]
-        found = later.worst_of(reports)
-        power = None if found.hover_power is None else self.hover_power
-        checks = list(found.checks)
-        for number, check in enumerate(checks):
-            if check.name == "closed":
-                once = "run once: no segment leads back"
-                checks[number] = replace(check, message=once)
-        return replace(
-            found,
-            checks=tuple(checks),
-            hover_power=power,
-            hover_power_over="time",
-            repeats=False,
-        )
+        report = later.worst_of([section.check(**options) for section in self.sections])
+        power = report.hover_power
+        if power is not None:
+            power = self.hover_power
+        return replace(report, hover_power=power, hover_power_over="time")
 
 
 def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:

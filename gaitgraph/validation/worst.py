@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING
 
-from gaitgraph.validation.report import hover_thrust_text
+import numpy as np
+
+from gaitgraph.validation.report import check_of, hover_thrust_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -72,24 +73,22 @@ def _nearness(check: Check) -> float:
 
 
 def worst_of(reports: Sequence[Report]) -> Report:
-    """Return the report of motions one after another: of each check the worst, and the hover thrusts of all of them."""
+    """Return the report of motions one after another, run once: of each check the worst, the hover thrusts of all."""
     report = reduce(both, reports)
-    least = math.inf
-    largest = 0.0
+    once = check_of(
+        "closed", True, "run once: no segment leads back", value=0.0, limit=0.0
+    )
+    made = {"closed": once}
     notes = report.notes
-    for part in reports:
-        if part.hover_thrusts is None:
-            return replace(report, hover_thrusts=None)
-        low, high = part.hover_thrusts
-        least = min(least, low)
-        if high > largest:
-            largest = high
-            notes = part.notes
-    text = hover_thrust_text(least, largest)
-    checks = list(report.checks)
-    for number, check in enumerate(checks):
-        if check.name == "hover_thrust":
-            checks[number] = replace(check, message=text)
+    extremes = None
+    thrusts = [part.hover_thrusts for part in reports if part.hover_thrusts]
+    if len(thrusts) == len(reports):
+        lowest, highest = np.transpose(thrusts)
+        extremes = float(lowest.min()), float(highest.max())
+        notes = reports[int(highest.argmax())].notes
+        text = hover_thrust_text(*extremes)
+        made["hover_thrust"] = replace(report["hover_thrust"], message=text)
+    checks = tuple(made.get(check.name, check) for check in report.checks)
     return replace(
-        report, checks=tuple(checks), notes=notes, hover_thrusts=(least, largest)
+        report, checks=checks, notes=notes, hover_thrusts=extremes, repeats=False
     )
