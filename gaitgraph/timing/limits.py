@@ -54,23 +54,23 @@ class Limits(Record):
             object.__setattr__(self, kind, _four_limits(kind, limit))
         freeze_arrays(self)
 
-    def _stated(self) -> dict[str, FloatArray]:
-        limits = {kind: getattr(self, kind) for kind in RATE_UNITS}
-        return {kind: limit for kind, limit in limits.items() if limit is not None}
-
     def __repr__(self) -> str:
-        texts = [f"{kind}={limit.tolist()}" for kind, limit in self._stated().items()]
-        return f"Limits({', '.join(texts)})"
+        limits = ", ".join(f"{kind}={four.tolist()}" for kind, four in self._stated)
+        return f"Limits({limits})"
+
+    @property
+    def _stated(self) -> list[tuple[str, FloatArray]]:
+        """The limits that there are, each with its kind."""
+        limits = [(kind, getattr(self, kind)) for kind in RATE_UNITS]
+        return [(kind, four) for kind, four in limits if four is not None]
 
     def of_joints(self, count: int) -> FloatArray:
         """Return rate, acceleration and jerk limits of α1 and α2, shape (3, 2), or of four joints, infinite for none.
 
         Of two, opposite joints move by as much, so the lower of their limits counts.
         """
-        limits = np.full((3, 4), np.inf)
-        for row, kind in zip(limits, RATE_UNITS, strict=True):
-            if getattr(self, kind) is not None:
-                row[:] = getattr(self, kind)
+        rows = dict.fromkeys(RATE_UNITS, np.full(4, np.inf)) | dict(self._stated)
+        limits = np.array([*rows.values()])
         return read_only(limits.reshape(3, -1, count).min(axis=1))
 
     def completed(self, extent: FloatArray) -> FloatArray:
@@ -89,11 +89,12 @@ class Limits(Record):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the limits as plain values: a number where all joints share it."""
-        limits = self._stated()
-        return {
-            kind: float(four[0]) if np.ptp(four) == 0 else four.tolist()
-            for kind, four in limits.items()
-        }
+        mapping: dict[str, Any] = {}
+        for kind, four in self._stated:
+            mapping[kind] = four.tolist()
+            if np.ptp(four) == 0:
+                mapping[kind] = float(four[0])
+        return mapping
 
 
 def _four_limits(kind: str, limit: Limit) -> FloatArray | None:
@@ -139,22 +140,21 @@ def _without_acceleration(rate: Limit, servo_lag: Each | None) -> InputError:
     """Return the error of limits without an acceleration; it proposes the rate over the slowest servo's time constant."""
     lags = np.array([number_of(lag) for lag in four_of(servo_lag)])
     rates = Limits(rate=rate, acceleration=1.0).rate
-    stated = "state max_tilt_acceleration in the vehicle, or use"
-    unknown = "if it is not known, take the rate over the servo's time constant"
-    advice = Advice(
-        f"{stated} Limits(acceleration=…); {unknown} (rate over servo_lag)",
-        f"{stated} --max-acceleration; {unknown} (--max-rate over --servo-lag)",
-    )
+    in_python = " (rate over servo_lag)"
+    in_shell = " (--max-rate over --servo-lag)"
     if rates is not None and (rates > 0).all() and (lags > 0).all():
         joint = int(np.argmin(rates / lags))
         quotient = f"{figure(rates[joint])} rad/s over {lags[joint]:g} s"
         proposed = f"{rates[joint] / lags[joint]:.3g}"
-        advice = Advice(
-            f"{stated} Limits(acceleration=…); {unknown}: {quotient}, acceleration={proposed}",
-            f"{stated} --max-acceleration; {unknown}: {quotient}, --max-acceleration {proposed}",
-        )
+        in_python = f": {quotient}, acceleration={proposed}"
+        in_shell = f": {quotient}, --max-acceleration {proposed}"
+    stated = "state max_tilt_acceleration in the vehicle, or use"
+    unknown = "if it is not known, take the rate over the servo's time constant"
     return InputError(
         "limits must have an acceleration or a jerk, got neither",
         field="limits",
-        advice=advice,
+        advice=Advice(
+            f"{stated} Limits(acceleration=…); {unknown}{in_python}",
+            f"{stated} --max-acceleration; {unknown}{in_shell}",
+        ),
     )

@@ -94,25 +94,26 @@ class ServoResponse(Record):
     @property
     def least_singular_value(self) -> float:
         """A lower bound of the least singular value along the actual motion, between the times `t` too."""
-        vehicle, alpha = self.timed.gait.vehicle, self.actual
-        lower = float(
-            least_singular_value_along(
-                alpha[:-1], alpha[1:], vehicle, tolerance=1e-5
-            ).lower.min()
+        timed = self.timed
+        vehicle = timed.gait.vehicle
+        alpha = self.actual
+        bounds = least_singular_value_along(
+            alpha[:-1], alpha[1:], vehicle, tolerance=1e-5
         )
         # The actual acceleration is the commanded one averaged over the past, and it is (rate − error/lag)/lag.
-        bend = np.minimum(
-            2.0 * self.timed.peak_rates / self.lag, self.timed.peak_accelerations
-        )
-        off = bend * self.t[1] ** 2 / 8.0 + 2.0 * _beside_commands(
-            self.timed, self.t[1]
-        )
+        bend = np.minimum(2.0 * timed.peak_rates / self.lag, timed.peak_accelerations)
+        step = self.t[1]
+        off = bend * step**2 / 8.0 + 2.0 * _beside_commands(timed, step)
+        lower = float(bounds.lower.min())
         return lower - singular_value_rate(vehicle) * float(np.linalg.norm(off))
 
     def as_mapping(self) -> dict[str, Any]:
         """Return it as plain values, ready for JSON."""
+        lag = self.lag.tolist()
+        if np.ptp(self.lag) == 0:
+            lag = lag[0]
         return {
-            "lag": float(self.lag[0]) if np.ptp(self.lag) == 0 else self.lag.tolist(),
+            "lag": lag,
             "peak_error": self.peak.tolist(),
             "peak_error_t": self.peak_times.tolist(),
             "rms_error": self.rms.tolist(),
@@ -122,11 +123,13 @@ class ServoResponse(Record):
 
     def __str__(self) -> str:
         peak = self.peak
-        worst, off = int(np.argmax(peak)), self.distance_off_sheet
+        worst = int(np.argmax(peak))
+        off = ""
+        if self.distance_off_sheet is not None:
+            off = f"off the sheet by {self.distance_off_sheet:.2g} rad, "
         return (
             f"servo lag: error at most {peak[worst]:.4f} rad (α{worst + 1} at t = {self.peak_times[worst]:.3f} s), "
-            f"rms {self.rms[worst]:.4f} rad; {'' if off is None else f'off the sheet by {off:.2g} rad, '}"
-            f"least singular value {self.least_singular_value:.3f}"
+            f"rms {self.rms[worst]:.4f} rad; {off}least singular value {self.least_singular_value:.3f}"
         )
 
 

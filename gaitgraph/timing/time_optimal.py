@@ -39,7 +39,7 @@ from gaitgraph.timing.node_laws import (
     grid_along,
     rest_to_rest,
 )
-from gaitgraph.timing.timed_gait import checked_clock
+from gaitgraph.timing.timed_gait import LONGEST, SHORTEST, checked_clock
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.timing.limited_gait import TouchedLimit
     from gaitgraph.timing.limits import Limit
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import VehicleLike
@@ -56,7 +55,6 @@ if TYPE_CHECKING:
 _NODES = 2000  # twice as many gain less than 0.05 % of the period
 _NODES_UNDER_JERK = 300  # a programme then takes a tenth of a second
 _MOST_NODES_UNDER_JERK = 5000  # with more, programmes take minutes
-_SHORTEST, _LONGEST = 1e-6, 1e9  # limits of the period of a timed gait [s]
 _CORRECTIONS = 4  # after which limits at nodes are lowered no more
 _ENOUGH = 1e-5  # stretch of time that is not worth another correction
 _STILL = 1e-12  # extent of an angle that does not move [rad]
@@ -152,26 +150,26 @@ class LeastPeriod(Pictured):
         return out
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {self.status if self.timed is None else str(self).splitlines()[0]}>"
+        summary = self.status
+        if self.timed is not None:
+            summary = str(self).splitlines()[0]
+        return f"<{type(self).__name__}: {summary}>"
 
     def __str__(self) -> str:
         lines = [self.reason]
         if self.timed is not None:
-            found = f"period {self.timed.period:.4f} s; least found {self.least:.4f} s"
+            way = ""
             if self.rounding is not None:
-                found += " with rounded corners"
-                found += (
-                    f" ({self.at_rest:.4f} s with rests at them)"
-                    if self.at_rest
-                    else ""
-                )
+                way = " with rounded corners"
+                if self.at_rest:
+                    way += f" ({self.at_rest:.4f} s with rests at them)"
             elif self.timed.curve is None:
-                found += " with a rest at each corner"
-            touched = (f"  {touch}" for touch in self.timed.limits_touched())
-            lines = [f"{found}, none below {self.lower_bound:.4f} s", *touched]
-        if self.rounding is not None:
-            lines.append(f"  {self.rounding}")
-        return "\n".join(lines + ([f"  {self.note}"] if self.note else []))
+                way = " with a rest at each corner"
+            period = f"period {self.timed.period:.4f} s; least found {self.least:.4f} s"
+            lines = [f"{period}{way}, none below {self.lower_bound:.4f} s"]
+            lines += [f"  {touch}" for touch in self.timed.limits_touched()]
+        lines += [f"  {more}" for more in (self.rounding, self.note) if more]
+        return "\n".join(lines)
 
 
 def least_period(
@@ -257,16 +255,15 @@ def paced(
     count = checked_clock(period, "smooth", samples=samples, rate=rate)
     routes = _routes(path, limits, rounding)
     answer = _least(routes, nodes, progress)
+    timed = answer.timed
     if answer.status == "still":
         timed = replace(routes[0].standing(float(period)), samples=count)
         return routes[0].answer("ok", timed=timed, least=0.0)
-    if answer.timed is None or answer.least is None:
+    if timed is None:
         return answer
-    if period < answer.least:
-        touched = answer.timed.limits_touched()
-        return _too_short(answer, period, answer.least, touched, _lower_bound(routes))
-    timed = replace(answer.timed.with_period(period), samples=count)
-    return replace(answer, timed=timed)
+    if period < timed.period:
+        return _too_short(answer, timed, period, _lower_bound(routes))
+    return replace(answer, timed=replace(timed.with_period(period), samples=count))
 
 
 def timed_by_law(
@@ -367,7 +364,9 @@ class _Route:
 
     def out_of_range(self, period: float) -> LeastPeriod:
         """Return the answer for a least period that a timed gait cannot have."""
-        beyond = "above 1e9 s" if period > _LONGEST else "below 1e-6 s"
+        beyond = "below 1e-6 s"
+        if period > LONGEST:
+            beyond = "above 1e9 s"
         return self.answer(
             "no period", f"the least period under the limits would be {beyond}"
         )
@@ -548,7 +547,7 @@ def _least(
     if blocked is not None:
         return blocked
     bound = _lower_bound(routes).period
-    if bound > _LONGEST:
+    if bound > LONGEST:
         return first.out_of_range(bound)
     if progress is not None:
         progress("looking for the fastest law")
@@ -561,7 +560,7 @@ def _least(
         times = f"{least:.4f} s, against {periods[0]:.4f} s with rounded corners"
         notes = (f"rests at the corners: {times}", laws[0][1])
         note = "; ".join(filter(None, notes))
-    if not _SHORTEST <= least <= _LONGEST:
+    if not SHORTEST <= least <= LONGEST:
         return routes[quickest].out_of_range(least)
     return routes[quickest].answer(
         "ok",
@@ -673,14 +672,11 @@ def _not_optimised(nodes: int, pieces: int) -> str:
 
 
 def _too_short(
-    answer: LeastPeriod,
-    period: float,
-    least: float,
-    touched: Sequence[TouchedLimit],
-    bound: _Bound,
+    answer: LeastPeriod, timed: LimitedGait, period: float, bound: _Bound
 ) -> LeastPeriod:
-    """Return the answer for a period that is below the least found."""
-    touch = max(touched, key=lambda touch: touch.share)
+    """Return the answer for a period that is below the least found, that of a law."""
+    least = timed.period
+    touch = max(timed.limits_touched(), key=lambda touch: touch.share)
     order = 1 + list(RATE_UNITS).index(touch.limit)
     reached = touch.value * (least / period) ** order
     why = (

@@ -66,6 +66,10 @@ DEFAULT_SAMPLES = 100
 
 MOST_SAMPLES = 10_000_000
 
+SHORTEST = 1e-6
+LONGEST = 1e9
+"""Bounds of the period of a timed gait [s]."""
+
 MOST_CORNERS = 1000
 """Largest number of corners that a table states beside its rows."""
 
@@ -233,35 +237,28 @@ class TimedGait(Pictured):
         """
         t = self.t
         angles, rates, accelerations = self.at(t)
-        columns: dict[str, Any] = {"t": t, **dict(zip(ANGLES, angles.T, strict=True))}
+        columns: dict[str, Any] = {"t": t}
+        columns |= zip(ANGLES, angles.T, strict=True)
         gait = self.gait
         if gait.colors and gait.vehicle.asymmetry is None:
             # The sheet of a sample is that of the corner last passed.
-            segment = np.zeros(len(t), dtype=np.int64)
+            last = np.zeros(len(t), dtype=np.int64)
             if gait.color == "mixed":
-                segment = (
-                    np.searchsorted(self.corner_times, t, side="right") - 1
-                ) % len(gait.colors)
-            colors = [gait.colors[k] for k in segment]
-            types = types_at(
+                last = np.searchsorted(self.corner_times, t, side="right") - 1
+            colors = [gait.colors[k % len(gait.colors)] for k in last]
+            third, fourth = types_at(
                 angles, color_codes(colors), gait.coefficients, gait.crossing_tolerance
             )
-            columns |= {
-                "color": colors,
-                "types": [text_from_types(*pair) for pair in zip(*types, strict=True)],
-            }
+            columns["color"] = colors
+            columns["types"] = list(map(text_from_types, third, fourth))
         columns["R"] = np.asarray(level_determinant(angles, gait.coefficients))
-        columns |= zip(
-            (*RATES, *ACCELERATIONS), (*rates.T, *accelerations.T), strict=True
-        )
+        columns |= zip(RATES, rates.T, strict=True)
+        columns |= zip(ACCELERATIONS, accelerations.T, strict=True)
         columns |= hover_thrust_columns(angles, gait.vehicle)
-        # Adding zero turns negative zeros into zeros.
-        return read_only_mapping(
-            {
-                name: values + 0.0 if isinstance(values, np.ndarray) else values
-                for name, values in columns.items()
-            }
-        )
+        for name, values in columns.items():
+            if isinstance(values, np.ndarray):
+                columns[name] = values + 0.0  # turns negative zeros into zeros
+        return read_only_mapping(columns)
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the corners of the loop, not of its samples; see :func:`gaitgraph.gait.gait.vertices`."""
@@ -382,13 +379,16 @@ class TimedGait(Pictured):
 
     def __str__(self) -> str:
         gait = self.gait
-        title = f"{type(self).__name__}, {gait.sheet_in_words}: T = {self.period:.6g} s, {self.law}"
-        title += f", {self.samples} samples, {gait.length:.4f} rad around"
-        checks = (
+        title = (
+            f"{type(self).__name__}, {gait.sheet_in_words}: T = {self.period:.6g} s, {self.law}, "
+            f"{self.samples} samples, {gait.length:.4f} rad around"
+        )
+        lines = [title, setting_line(gait), ""]
+        lines += [
             f"  {check.name.replace('_', ' ')}: {check.message}"
             for check in self.rate_checks()
-        )
-        return "\n".join([title, setting_line(gait), "", *checks])
+        ]
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -470,9 +470,8 @@ class RowTimedGait(TimedGait):
             return TimedGait.check(self, **options)
         gait = self.gait
         columns: dict[str, Any] = {"t": self.times}
-        columns |= dict(
-            zip(ANGLES, np.vstack([gait.alpha, gait.alpha[:1]]).T, strict=True)
-        )
+        rows = np.vstack([gait.alpha, gait.alpha[:1]])
+        columns |= zip(ANGLES, rows.T, strict=True)
         if gait.colors:
             columns["color"] = (*gait.colors, gait.colors[0])
         if self.row_derivatives is not None:
@@ -606,12 +605,14 @@ def timed_gait_of(
     if isinstance(source, TimedGait):
         if period in (None, source.period) and law in (None, source.law):
             return source
-        seconds = source.period if period is None else period
+        if period is None:
+            period = source.period
         choice: Any = source.law if law is None else law
-        return source.gait.parametrize(seconds, law=choice)
+        return source.gait.parametrize(period, law=choice)
     if isinstance(source, Gait):
-        seconds = 1.0 if period is None else period
-        return source.parametrize(seconds, law=law or DEFAULT_LAW)
+        if period is None:
+            period = 1.0
+        return source.parametrize(period, law=law or DEFAULT_LAW)
     _refuse_flight(source, given.file)
     motion = given.motion
     if motion is not None and law is None:
@@ -645,10 +646,12 @@ def _timed_rows(
     """Return the rows of a table that repeats at their own times; with a new timing, or without times, by a law."""
     rows, times = given.rows
     corners = given.gait
-    has_times = times is not None and len(table) > 1
-    if times is not None and has_times and period is None and law is None:
-        one_color = len(set(corners.colors)) == 1
-        colors = corners.colors[:1] * len(rows.alpha) if one_color else ()
+    if len(table) == 1:
+        times = None
+    if times is not None and period is None and law is None:
+        colors: tuple[str, ...] = ()
+        if len(set(corners.colors)) == 1:
+            colors = corners.colors[:1] * len(rows.alpha)
         return RowTimedGait(
             gait=replace(corners, alpha=rows.alpha, colors=colors),
             period=float(times[-1] - times[0]),
@@ -660,7 +663,7 @@ def _timed_rows(
         )
     if period is None:
         period = table.about.get("period")
-    if period is None and times is not None and has_times:
+    if period is None and times is not None:
         period = float(times[-1] - times[0])
     if period is None and len(corners.alpha) > 1 and given.file is not None:
         raise InputError(
@@ -668,10 +671,11 @@ def _timed_rows(
             path=str(given.file),
             advice=Advice("set period= (s)", "set --period SECONDS"),
         )
-    stated = table.about.get("law")
-    if law is None:
-        law = stated if stated in (*LAWS,) else DEFAULT_LAW
-    return corners.parametrize(1.0 if period is None else period, law=law)
+    if period is None:
+        period = 1.0
+    if law is None and table.about.get("law") in list(LAWS):  # it may be anything
+        law = table.about["law"]
+    return corners.parametrize(period, law=law or DEFAULT_LAW)
 
 
 def _timed_path(
@@ -681,25 +685,24 @@ def _timed_path(
     rows, times = given.rows
     corners = given.gait
     samples = 2 * (len(table) - 1)
-    if times is None and duration is None:
-        raise InputError("t must be a column of a path, got none; set a period")
-    if times is None or duration is not None or law is not None:
-        if duration is None:
-            duration = float(table["t"][-1] - table["t"][0])
-        loop = corners.parametrize(
-            2 * duration, law=law or DEFAULT_LAW, samples=samples
+    if times is not None and duration is None and law is None:
+        loop = RowTimedGait(
+            gait=replace(corners, alpha=rows.alpha, colors=rows.colors),
+            period=float(times[-1] - times[0]),
+            law=ROW_BY_ROW,
+            samples=samples,
+            times=times - times[0],
+            law_stated="law" in table.about,
         )
-        return TimedPath.of(loop)
-    loop = RowTimedGait(
-        gait=replace(corners, alpha=rows.alpha, colors=rows.colors),
-        period=float(times[-1] - times[0]),
-        law=ROW_BY_ROW,
-        samples=samples,
-        times=times - times[0],
-        law_stated="law" in table.about,
+        path = TimedPath.of(loop)
+        return replace(path, phases=_stated_phases(table, path.period))
+    if duration is None and times is not None:
+        duration = float(table["t"][-1] - table["t"][0])
+    if duration is None:
+        raise InputError("t must be a column of a path, got none; set a period")
+    return TimedPath.of(
+        corners.parametrize(2 * duration, law=law or DEFAULT_LAW, samples=samples)
     )
-    path = TimedPath.of(loop)
-    return replace(path, phases=_stated_phases(table, path.period))
 
 
 def _stated_phases(table: Table, duration: float) -> tuple[tuple[str, float], ...]:
@@ -722,7 +725,7 @@ def checked_clock(
     >>> checked_clock(2.0, "smooth", rate=50)
     100
     """
-    if not 1e-6 <= number_of(period) <= 1e9:
+    if not SHORTEST <= number_of(period) <= LONGEST:
         raise wrong("period", "must be between 1e-6 and 1e9 s", period)
     checked_choice("law", law, LAWS)
     if samples is not None and rate is not None:
@@ -736,9 +739,9 @@ def checked_clock(
             rule = f"positive and give at most {MOST_SAMPLES} samples"
             raise wrong("rate", f"must be {rule}", rate, f" Hz over {shown(period)} s")
         samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
-    return whole_number(
-        "samples", DEFAULT_SAMPLES if samples is None else samples, 1, MOST_SAMPLES
-    )
+    if samples is None:
+        samples = DEFAULT_SAMPLES
+    return whole_number("samples", samples, 1, MOST_SAMPLES)
 
 
 def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
@@ -774,15 +777,12 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     if timed.phases:
         made["phases"] = [list(phase) for phase in timed.phases]
     if gait.request:
-        # Requests know the built-in laws only.
-        timing = {}
-        if by_law:
-            timing = {
-                "period": timed.period,
-                "law": timed.law,
-                "samples": timed.samples,
-            }
-        made["request"] = {**gait.request, **timing}
+        made["request"] = dict(gait.request)
+        if by_law:  # requests know no other laws
+            for name in ("period", "law", "samples"):
+                made["request"][name] = made[name]
     made |= about or {}
     whole = Table(columns=timed.columns, about=made)
-    return whole if timed.law == ROW_BY_ROW else whole.with_motion(timed)
+    if timed.law == ROW_BY_ROW:
+        return whole
+    return whole.with_motion(timed)
