@@ -14,7 +14,7 @@ from gaitgraph.errors import InputError, wrong
 from gaitgraph.gait.table import is_closed
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
 from gaitgraph.tolerances import DEFAULT_FLOOR
-from gaitgraph.validation.judged import Segments
+from gaitgraph.validation.judged import segments_of_rows
 from gaitgraph.validation.physics import tilt_range
 from gaitgraph.validation.report import LIMITED, Check, Report, State, check_of
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.segment_bounds import Least
+    from gaitgraph.validation.judged import Segments
 
 
 def validate_geometry(
@@ -72,7 +73,9 @@ def validate_geometry(
     floor = checked_floor(floor)
     alpha, repeats = _rows_of(table, geometry)
     is_path = (once or not repeats) and len(alpha) > 1
-    segments = _segments_of(alpha, is_path)
+    color = np.zeros(len(alpha), dtype=np.int8)
+    closes = not is_path and not is_closed(alpha)
+    segments = segments_of_rows(alpha, color, None, closes=closes)
     singular, lower = _least_singular_value(geometry, segments, floor)
     checks = [singular]
     if lower >= LEAST_DECIDED:
@@ -123,17 +126,6 @@ def _rows_of(
         rule = f"must be angles of shape (n, {len(tilts)})"
         raise wrong("table", rule, alpha.shape)
     return alpha, True
-
-
-def _segments_of(alpha: FloatArray, is_path: bool) -> Segments:
-    """Return the straight segments between rows, also the last with the first unless they are a path."""
-    number = np.arange(1, len(alpha) + 1)
-    if is_closed(alpha):
-        number[-1] = 1
-    elif not is_path:
-        alpha, number = np.concatenate([alpha, alpha[:1]]), np.append(number, 1)
-    color = np.zeros(len(alpha), dtype=np.int8)
-    return Segments(alpha=alpha, color=color, number=number, noun="row")
 
 
 def _least_singular_value(

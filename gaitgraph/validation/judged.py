@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_within, checked_floor, checked_number
 from gaitgraph.arrays import freeze_arrays, read_only
+from gaitgraph.gait.table import closing_time
 from gaitgraph.invertibility.coefficients import coefficients_of, is_red
 from gaitgraph.invertibility.forms import FloatArray, Sines
 from gaitgraph.invertibility.matrices import (
@@ -189,6 +190,20 @@ def _between(values: FloatArray, index: int, fraction: float) -> FloatArray:
     if fraction:
         value = value + fraction * (values[index + 1] - value)
     return np.asarray(value)
+
+
+def segments_of_rows(
+    alpha: FloatArray, color: CodeArray, t: FloatArray | None, *, closes: bool
+) -> Segments:
+    """Return the segments between rows; the one that leads back to the first, if any, takes a mean step of time."""
+    number = np.arange(1, len(alpha) + 1)
+    if closes:
+        alpha = np.concatenate([alpha, alpha[:1]])
+        color = np.append(color, color[:1])
+        number = np.append(number, 1)
+        if t is not None:
+            t = np.append(t, closing_time(t[0], t[-1], len(t)))
+    return Segments(alpha=alpha, color=color, number=number, noun="row", t=t)
 
 
 def segments_of(

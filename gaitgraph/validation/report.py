@@ -176,13 +176,6 @@ class GaitPoint(Record):
     t: float | None = None
     noun: str = "row"
 
-    @property
-    def number(self) -> int | None:
-        """The number of the point, from 1; None between two points."""
-        if self.fraction:
-            return None
-        return self.point + 1
-
     def as_mapping(self) -> dict[str, Any]:
         """Return the place as plain values: a row, counted from 1, with its time, or a segment, counted from 0."""
         place: dict[str, Any] = {"segment": self.point}
@@ -409,17 +402,13 @@ class Report(Pictured):
             return bool(self.flyable)
         return self.valid
 
-    def with_checks(self, more: Iterable[Check]) -> Report:
-        """Return the report with more checks."""
-        return replace(self, checks=self.checks + tuple(more))
-
     def with_timing(self, timed: Any) -> Report:
         """Return the report with what a timed gait adds: the checks of its rates, and the mean power over its time."""
         power = self.hover_power
         if power is not None:
             power = timed.hover_power
-        checked = self.with_checks(timed.rate_checks())
-        return replace(checked, hover_power=power, hover_power_over="time")
+        checks = (*self.checks, *timed.rate_checks())
+        return replace(self, checks=checks, hover_power=power, hover_power_over="time")
 
     def to_pandas(self) -> Any:
         """Return the checks as a pandas frame, a row for each."""

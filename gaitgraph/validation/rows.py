@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +28,12 @@ from gaitgraph.gait.table import (
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface.loop_colorings import Colorings, colorings
 from gaitgraph.surface.sheets import color_of
-from gaitgraph.validation.judged import Criteria, JudgedGait, Segments
+from gaitgraph.validation.judged import (
+    Criteria,
+    JudgedGait,
+    Segments,
+    segments_of_rows,
+)
 from gaitgraph.validation.physics import report_of
 from gaitgraph.validation.report import Check, Report, check_of, limit_check
 from gaitgraph.validation.worst import both
@@ -79,9 +83,9 @@ def _report_of_straight_rows(
     returns = is_closed(alpha) and color[-1] == color[0]
     gap = float(np.abs(alpha[-1] - alpha[0]).max())
     longest = float(np.abs(np.diff(alpha, axis=0)).max(initial=0.0))
-    segments = _segments_of_rows(
-        table, alpha, color, closes=not returns and not is_path
-    )
+    closes = not returns and not is_path
+    t = table.columns.get("t")
+    segments = segments_of_rows(alpha, color, t, closes=closes)
     lone = lone_rows(alpha, table.repeats)
     rates = []
     if "t" in table:
@@ -90,7 +94,7 @@ def _report_of_straight_rows(
         "closed",
         True,
         _closing_in_words(table, alpha, gap, is_path),
-        value=0.0 if returns or is_path else gap,
+        value=gap if closes else 0.0,
         place=segments.place(count - 1),
     )
     gait = JudgedGait(segments=segments, criteria=criteria, lone=lone)
@@ -102,7 +106,7 @@ def _report_of_straight_rows(
         )
     if not is_path and note_on_ends(alpha):
         notes.append(note_on_ends(alpha))
-    if not returns and not is_path and gap > 3 * longest:
+    if closes and gap > 3 * longest:
         notes.append(
             f"the closing segment from row {count} to row 1 is {gap:.4g} rad long, the longest step between "
             f"rows {longest:.4g} rad: is the end of the table missing? Or is it a path that is run once?"
@@ -117,21 +121,6 @@ def _report_of_straight_rows(
         listing=listing,
         repeats=not is_path,
     )
-
-
-def _segments_of_rows(
-    table: Table, alpha: FloatArray, color: CodeArray, *, closes: bool
-) -> Segments:
-    """Return the straight segments between rows; the one that leads back to the first takes a mean step of time."""
-    number = np.arange(1, len(alpha) + 1)
-    t = table.columns.get("t")
-    if closes:
-        alpha = np.concatenate([alpha, alpha[:1]])
-        color = np.append(color, color[:1])
-        number = np.append(number, 1)
-        if t is not None:
-            t = np.append(t, closing_time(t[0], t[-1], len(t)))
-    return Segments(alpha=alpha, color=color, number=number, noun="row", t=t)
 
 
 def _closing_in_words(
@@ -207,40 +196,36 @@ def rates_of_rows(
     rounding of its angles explains does not count, of rates at most 1 % of the limit. What the steps of servos explain
     does not count at all. Limits are those of the vehicle, or lower ones that the table was made for.
     """
-    limits = _limits_of(table, vehicle)
-    alpha = segments.alpha[: len(table)]
+    stated_limits = table.limits
+    limits = [
+        tighter_of(getattr(vehicle, f"max_tilt_{kind}"), stated_limits.get(kind))
+        for kind in RATE_UNITS
+    ]
     t = even_times(table)
-    sizes, least_slopes = _differences(table, alpha, t, limits[0])
-    candidates = [[size] for size in sizes]
+    sizes, least_slopes = _differences(
+        table, segments.alpha[: len(table)], t, limits[0]
+    )
+    largest_slopes = sizes[0].max(axis=0)
     if not table.rounding:  # rates beside rounded rows are slopes of these
-        for of_order, stated in zip(candidates, _stated_sizes(table, t), strict=False):
-            of_order.extend(stated)
+        _raise_to_stated(sizes, table, t)
     period = float(table["t"][-1] - table["t"][0])
     checks = []
     for order, kind in enumerate(RATE_UNITS, start=1):
-        each = four_of(limits[order - 1])
-        scale = scale_of(limits[order - 1])
-        worst = [_largest(size, scale) for size in candidates[order - 1] if len(size)]
-        peak = 0.0
-        joint = 0
-        place = None
-        if worst:
-            _, peak, joint, row = max(worst, key=itemgetter(0))
-            place = segments.place(row)
-        limit = each[joint]
+        shares = sizes[order - 1] / scale_of(limits[order - 1])
+        row, joint = divmod(int(np.argmax(shares)), 4)
+        peak = float(sizes[order - 1, row, joint])
+        place = segments.place(row)
+        limit = four_of(limits[order - 1])[joint]
         if order == 3 and limit is None:
             continue
         needed = period
         if limit:
             needed = period * (peak / limit) ** (1 / order)
         advice = f"take at least {needed:.4g} s instead of {period:.4g} s"
-        if place is not None and lone.is_near(place.point + 1):
+        is_doubtful = limit and least_slopes[joint] <= limit < largest_slopes[joint]
+        if lone.is_near(place.point + 1):
             advice = lone.note
-        elif (
-            order == 1
-            and limit
-            and least_slopes[joint] <= limit < sizes[0][:, joint].max(initial=0.0)
-        ):
+        elif order == 1 and is_doubtful:
             advice = "a slope between rounded angles: write them with more decimals"
         checks.append(
             limit_check(f"tilt_{kind}", peak, joint + 1, limit, advice, place)
@@ -248,32 +233,16 @@ def rates_of_rows(
     return checks
 
 
-def _limits_of(table: Table, vehicle: Vehicle) -> list[Any]:
-    """Return the limits of rates, accelerations and jerks: of the vehicle, or lower ones that the table was made for."""
-    demanded = table.limits
-    return [
-        tighter_of(getattr(vehicle, f"max_tilt_{kind}"), demanded.get(kind))
-        for kind in RATE_UNITS
-    ]
-
-
-def _largest(
-    sizes: FloatArray, scale: FloatArray | float
-) -> tuple[float, float, int, int]:
-    """Return the largest of sizes (n, 4) in terms of a scale, itself, and its joint and row, both from 0."""
-    shares = sizes / scale
-    row, joint = divmod(int(np.argmax(shares)), 4)
-    return float(shares[row, joint]), float(sizes[row, joint]), joint, row
-
-
 def _differences(
     table: Table, alpha: FloatArray, t: FloatArray, limit: Any
-) -> tuple[list[FloatArray], FloatArray]:
-    """Return divided differences of the angles by rows, less what the rounding of each explains, of rates up to jerks.
+) -> tuple[FloatArray, FloatArray]:
+    """Return divided differences of the angles, less what the rounding of each explains, of rates, accelerations and jerks.
 
-    A smooth motion through n + 1 rows has an n-th derivative of n! times their divided difference somewhere. One of more
-    than two rows belongs to the second of them. Also return the slopes that rounding leaves no doubt of, shape (4,).
+    They are by rows, one more than the table has, shape (3, n + 1, 4). A smooth motion through n + 1 rows has an n-th
+    derivative of n! times their divided difference somewhere. One of more than two rows belongs to the second of them.
+    Also return the slopes that rounding leaves no doubt of, shape (4,).
     """
+    sizes = np.zeros((3, len(alpha) + 1, 4))
     rounding = np.full_like(alpha, table.rounding)
     if "samples" in table.about:
         digits = _half_units(table, ANGLES)
@@ -293,42 +262,40 @@ def _differences(
     most = np.full(4, np.inf)  # servos step as they do
     if not table.rounding:
         most = _MOST_SHARE * np.array(four_of(limit or 0.0))
-    sizes = []
     values = alpha
     least_slopes = np.zeros(4)
     for order in range(1, 4):
         if len(values) < 2:
-            sizes.append(np.zeros((0, 4)))
-            continue
+            break
         width = (t[order:] - t[:-order])[:, None] / order
         values = np.diff(values, axis=0) / width
         rounding = (rounding[1:] + rounding[:-1]) / width
         explained = rounding
+        first = 1
         if order == 1:
+            first = 0
             explained = np.minimum(rounding, most)
             least_slopes = (np.abs(values) - rounding).max(axis=0)
         size = np.maximum(np.abs(values) - explained, 0.0)[:count]
-        if order > 1:
-            size = np.concatenate([np.zeros((1, 4)), size])
-        sizes.append(size)
+        sizes[order - 1, first : first + len(size)] = size
     return sizes, least_slopes
 
 
-def _stated_sizes(
-    table: Table, t: FloatArray
-) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return the rates and the accelerations that a table states or its rates need, less what their digits explain."""
-    found: tuple[list[FloatArray], list[FloatArray]] = ([], [])
-    for names, sizes in zip((RATES, ACCELERATIONS), found, strict=True):
+def _raise_to_stated(sizes: FloatArray, table: Table, t: FloatArray) -> None:
+    """Raise the sizes of :func:`_differences` to the rates and accelerations that a table states or its rates need.
+
+    What their digits explain does not count.
+    """
+    stated = {}
+    for order, names in enumerate((RATES, ACCELERATIONS)):
         if all(name in table for name in names):
-            stated = np.column_stack([table[name] for name in names])
-            digits = _half_units(table, names)
-            sizes.append(np.maximum(np.abs(stated) - digits, 0.0))
+            values = np.column_stack([table[name] for name in names])
+            stated[order] = np.abs(values) - _half_units(table, names)
     if ACCELERATIONS[0] not in table and table.joined_by_cubics:
-        digits = _half_units(table, RATES)
-        explained = digits / np.diff(t).min()  # of slopes over two steps
-        found[1].append(np.maximum(np.abs(accelerations_of(table)) - explained, 0.0))
-    return found
+        explained = _half_units(table, RATES) / np.diff(t).min()
+        stated[1] = np.abs(accelerations_of(table)) - explained
+    for order, size in stated.items():
+        np.maximum(sizes[order, :-1], size, out=sizes[order, :-1])
 
 
 def _half_units(table: Table, names: Sequence[str]) -> FloatArray:

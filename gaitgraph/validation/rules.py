@@ -77,7 +77,8 @@ def _advice_off_surface(gait: JudgedGait, place: GaitPoint) -> str:
             return f"use red, since on blue the zero-moment direction leans for rotors at a height of {height}"
     advice = f"{_TAKE_ROOTS}, or raise the tolerance"
     bare = segments.number[segments.color == 0]
-    if len(bare) and place.number != bare[0]:
+    is_bare = len(bare) > 0 and place.point + 1 == bare[0] and not place.fraction
+    if len(bare) and not is_bare:
         return f"{segments.noun} {bare[0]} lies on neither sheet: {advice}"
     return advice
 
