@@ -234,100 +234,88 @@ def least_tilt_margin(
     """
     points = np.asarray(tilt_angles(points))
     starts, ends = points[:-1], points[1:]
-    none = segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
-    if none is not None:
-        return LeastMargin(
-            lower=math.nan,
-            upper=math.nan,
-            segment=none,
-            fraction=0.0,
-            reason=EVERYWHERE,
-        )
+    held = _segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
+    if held is not None:
+        return _no_margin(held, 0.0)
     level = np.asarray(level_determinant(starts, coefficients))
     sign = math.copysign(1.0, level[np.argmax(np.abs(level))])
-
     quantity = _Margin(coefficients, sign, angle_rounding)
-    (found,) = least_of_each(starts, ends, [quantity], [tolerance])
-    lower, upper, segment, fraction = found.worst()
+    (margins,) = least_of_each(starts, ends, [quantity], [tolerance])
+    lower, upper, segment, fraction = margins.worst()
     if upper > 0:
         return LeastMargin(lower=lower, upper=upper, segment=segment, fraction=fraction)
-    segment, fraction, crossed = _zero_of(
-        starts, ends, coefficients, sign, segment, fraction
-    )
-    at = starts[segment] + fraction * (ends - starts)[segment]
-    alone = not crossed and bool(
-        singular_everywhere(at, coefficients, angle_rounding=angle_rounding)
-    )
-    if alone and not singular_everywhere(at, coefficients.as_they_stand):
-        # Exactly, v may not vanish here: the margin cannot be decided.
-        return LeastMargin(
-            lower=math.nan,
-            upper=math.nan,
-            segment=segment,
-            fraction=fraction,
-            reason=EVERYWHERE,
-        )
-    if alone:
-        touched = "the matrix is singular at every attitude, at this point only"
+    crossing = _first_crossing(points, coefficients, sign, segment, fraction)
+    if crossing is not None:
+        segment, fraction = crossing
+        reason = "R changes its sign"
     else:
-        touched = "R vanishes there"
-    reason = "R changes its sign" if crossed else touched
+        at = starts[segment] + fraction * (ends - starts)[segment]
+        reason = "R vanishes there"
+        if singular_everywhere(at, coefficients, angle_rounding=angle_rounding):
+            if not singular_everywhere(at, coefficients.as_they_stand):
+                return _no_margin(segment, fraction)  # v may not vanish here
+            reason = "the matrix is singular at every attitude, at this point only"
     return LeastMargin(
         lower=0.0, upper=0.0, segment=segment, fraction=fraction, reason=reason
     )
 
 
-def segment_singular_everywhere(
+def _no_margin(segment: int, fraction: float) -> LeastMargin:
+    """Return that v cannot be told from zero at a place."""
+    return LeastMargin(
+        lower=math.nan,
+        upper=math.nan,
+        segment=segment,
+        fraction=fraction,
+        reason=EVERYWHERE,
+    )
+
+
+def _segment_singular_everywhere(
     starts: FloatArray, ends: FloatArray, coefficients: Coefficients, rounding: float
 ) -> int | None:
     """Return the first segment along which v vanishes, if there is one."""
-    held = np.flatnonzero(
-        singular_everywhere(starts, coefficients, angle_rounding=rounding)
-    )
-    for fraction in (1.0, 0.5, 0.381966):
+    held = np.arange(len(starts))
+    for fraction in (0.0, 1.0, 0.5, 0.381966):
         at = starts[held] + fraction * (ends - starts)[held]
         held = held[singular_everywhere(at, coefficients, angle_rounding=rounding)]
     return int(held[0]) if held.size else None
 
 
-def _zero_of(
-    starts: FloatArray,
-    ends: FloatArray,
+def _first_crossing(
+    points: FloatArray,
     coefficients: Coefficients,
     sign: float,
     segment: int,
     fraction: float,
-) -> tuple[int, float, bool]:
-    """Return where R first changes its sign, and whether it does."""
-
-    def level(segment: int, fraction: float) -> float:
-        return sign * float(
-            level_determinant(
-                starts[segment] + fraction * (ends - starts)[segment], coefficients
-            )
-        )
-
+) -> tuple[int, float] | None:
+    """Return where R first changes its sign, at points or else before a fraction of a segment; None if it does not."""
+    levels = sign * np.asarray(level_determinant(points, coefficients))
     noise = noise_of(coefficients)
-    if level(0, 0.0) < -noise:
+    if levels[0] < -noise:
         sign = -sign
-    lost = np.flatnonzero(
-        sign * np.asarray(level_determinant(ends, coefficients)) < -noise
-    )
+        levels = -levels
+    lost = np.flatnonzero(levels[1:] < -noise)
+    high = fraction
     if lost.size:
-        segment, high = int(lost[0]), 1.0
-    elif level(segment, fraction) < -noise:
-        high = fraction
-    else:
-        return segment, fraction, False
+        segment = int(lost[0])
+        high = 1.0
+    start, step = points[segment], points[segment + 1] - points[segment]
+
+    def level(share: float) -> float:
+        return sign * float(level_determinant(start + share * step, coefficients))
+
+    if not lost.size and not level(high) < -noise:
+        return None
     low = 0.0
     middle = high / 2
     while low < middle < high:
-        if level(segment, middle) > 0:
+        if level(middle) > 0:
             low = middle
         else:
             high = middle
         middle = (low + high) / 2
-    return segment, high, True
+    return segment, high
 
 
 def checked_tilt(tilt: object) -> float:
@@ -389,10 +377,8 @@ def least_singular_value_within_bound(
     rows: FloatArray, tilt: float, vehicle: Vehicle
 ) -> FloatArray:
     """Return lower bounds of :func:`least_singular_value_within`, within 1e-4 of it and cheaper, for rows (m, 4)."""
-    blocks = (rows[k : k + _BLOCK] for k in range(0, len(rows), _BLOCK))
-    return singular_value_below(
-        np.concatenate([_worst_on_rim(block, tilt, vehicle)[0] for block in blocks])
-    )
+    squared, _, _ = _worst_on_rim(rows, tilt, vehicle)
+    return singular_value_below(squared)
 
 
 def _characteristic(
