@@ -68,10 +68,8 @@ def write_npz(table: Table, path: Path) -> None:
 
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
     """
-    arrays: dict[str, Any] = {
-        **table.columns,
-        _PROVENANCE: np.array(provenance_text(table)),
-    }
+    arrays = dict(table.columns)
+    arrays[_PROVENANCE] = np.array(provenance_text(table))
     with path.open("wb") as stream:
         np.savez(stream, **arrays)
 
@@ -113,13 +111,13 @@ def write_parquet(table: Table, path: Path) -> None:
     fields = []
     for name, unit in table.units.items():
         kind = pa.float64() if isinstance(table[name], np.ndarray) else texts
-        metadata = {"unit": unit} if unit else None
-        fields.append(pa.field(name, kind, nullable=False, metadata=metadata))
-    columns = {
-        name: list(values) if isinstance(values, tuple) else values
-        for name, values in table.columns.items()
-    }
-    pq.write_table(pa.table(columns, pa.schema(fields, metadata=made)), path)
+        field = pa.field(name, kind, nullable=False)
+        if unit:
+            field = field.with_metadata({"unit": unit})
+        fields.append(field)
+    schema = pa.schema(fields, metadata=made)
+    columns = [pa.array(table[field.name], field.type) for field in fields]
+    pq.write_table(pa.table(columns, schema=schema), path)
 
 
 def read_parquet(path: Path) -> RawTable:
@@ -129,9 +127,7 @@ def read_parquet(path: Path) -> RawTable:
     what = "a Parquet file with one column of numbers for each column of the table"
     with library(what), path.open("rb") as stream:
         read = pq.ParquetFile(stream).read()
-    columns = named_columns(
-        read.column_names, (column.combine_chunks() for column in read.columns)
-    )
+    columns = named_columns(read.column_names, read.combine_chunks().columns)
     about = _about_of_parquet(read.schema.metadata or {})
     return RawTable(columns=columns, about=about)
 
@@ -144,8 +140,9 @@ def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
         attributes = json.loads(metadata.get(_OF_PANDAS, b"{}"))
     except ValueError:
         return {}
-    stated = attributes.get("gaitgraph") if isinstance(attributes, dict) else None
-    return about_from_text(json.dumps(stated))
+    if not isinstance(attributes, dict):
+        return {}
+    return about_from_text(json.dumps(attributes.get("gaitgraph")))
 
 
 # -- MATLAB files
@@ -173,13 +170,13 @@ def write_mat(table: Table, path: Path) -> None:
             raise wrong(
                 "column", "must be up to 63 letters, digits and _ in a .mat file", name
             )
-    arrays = {name: np.asarray(values) for name, values in table.columns.items()}
+    arrays = dict(table.columns)
     for group, names in _GROUPS.items():
         if all(name in table for name in names):
             arrays[group] = np.column_stack([table[name] for name in names])
-    arrays["names"] = np.array(list(table.columns))
-    arrays["units"] = np.array(list(table.units.values()))
-    arrays[_PROVENANCE] = np.array(provenance_text(table))
+    arrays["names"] = list(table.columns)
+    arrays["units"] = list(table.units.values())
+    arrays[_PROVENANCE] = provenance_text(table)
     try:
         savemat(path, arrays, oned_as="column", do_compression=True)
     except MatWriteError as error:

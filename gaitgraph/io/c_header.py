@@ -68,14 +68,14 @@ def write_h(table: Table, path: Path) -> None:
     servos = servos_of(table)
     name = _c_name(path.stem)
     motion = table.motion
-    pieces = {name: table}
-    words: dict[str, Any] = {}
     if isinstance(motion, JoinedPath) and motion.phases:
-        pieces = {
-            f"{name}_{part}": one for part, one in _pieces_of(table, motion).items()
-        }
+        kind = "mission"
+        pieces = _pieces_of(table, motion, servos, name)
         words = _words_of_mission(motion)
-    made = [_piece_of(piece, servos, its_name) for its_name, piece in pieces.items()]
+    else:
+        kind = "gait"
+        pieces = [_piece_of(table, servos, name)]
+        words = pieces[0].words
     words |= {
         "file": _harmless(path.name),
         "provenance": _harmless(provenance_text(table)),
@@ -83,12 +83,9 @@ def write_h(table: Table, path: Path) -> None:
         "NAME": name.upper(),
         "joints": _harmless(json.dumps(servos.joint_names)),
         "rotors": ", ".join(str(joint.rotor) for joint in servos.joints),
-        "pieces": "\n".join(piece.code for piece in made),
-        "between": _between([piece.quality for piece in made]),
+        "pieces": "\n".join(piece.code for piece in pieces),
+        "between": _between(pieces, is_proven=motion is not None),
     }
-    if len(made) == 1:
-        words |= made[0].words
-    kind = "gait" if len(made) == 1 else "mission"
     path.write_text(_filled(kind, words), encoding="utf-8")
 
 
@@ -98,8 +95,10 @@ def _filled(kind: str, words: dict[str, Any]) -> str:
     return Template(template.read_text(encoding="ascii")).substitute(words)
 
 
-def _pieces_of(table: Table, motion: JoinedPath) -> dict[str, Table]:
-    """Return the tables of the parts of a mission, as dense as that of the whole, in the columns of its map.
+def _pieces_of(
+    table: Table, motion: JoinedPath, servos: ServoMap, name: str
+) -> list[_Piece]:
+    """Return the parts of a mission, as dense as its table, in the columns of its map.
 
     They are `start`, from hover to the first row of the gait, `run`, one period, and `stop`, from there to hover.
     """
@@ -119,10 +118,13 @@ def _pieces_of(table: Table, motion: JoinedPath) -> dict[str, Table]:
         "run": replace(turns.motion, samples=samples(turns.motion.period)),
         "stop": path(sections[gait + 1 : -1]),
     }
-    pieces = {name: table_of(part) for name, part in parts.items()}
-    if "servos" not in table.about:
-        return pieces
-    return {name: mapped_table(one, servos_of(table)) for name, one in pieces.items()}
+    pieces = []
+    for part, own_motion in parts.items():
+        piece = table_of(own_motion)
+        if "servos" in table.about:
+            piece = mapped_table(piece, servos)
+        pieces.append(_piece_of(piece, servos, f"{name}_{part}"))
+    return pieces
 
 
 def _turns_of(motion: JoinedPath) -> Turns:
@@ -130,7 +132,7 @@ def _turns_of(motion: JoinedPath) -> Turns:
     return next(section for section in motion.sections if isinstance(section, Turns))
 
 
-def _words_of_mission(motion: JoinedPath) -> dict[str, str]:
+def _words_of_mission(motion: JoinedPath) -> dict[str, Any]:
     """Return what the template of missions has beside its pieces."""
     turns = _turns_of(motion)
     pause = motion.sections[0].period
@@ -145,10 +147,9 @@ def _words_of_mission(motion: JoinedPath) -> dict[str, str]:
 
 
 class _Quality(NamedTuple):
-    """How far cubics are off the gait between rows [rad], as a text; their largest rate and acceleration."""
+    """How far cubics are off the gait between rows [rad]; their largest rate and acceleration."""
 
     off: float
-    is_proven: bool
     rate: float
     acceleration: float
 
@@ -200,17 +201,15 @@ def _rates_jump(table: Table, servos: ServoMap) -> bool:
     return table.motion is not None and not np.isfinite(table.motion.peaks(2)).all()
 
 
-def _between(qualities: list[_Quality | None]) -> str:
+def _between(pieces: list[_Piece], *, is_proven: bool) -> str:
     """Return the lines of the comment that say what happens between rows, of the worst of some pieces."""
-    cubics = [quality for quality in qualities if quality is not None]
-    if len(cubics) < len(qualities):
+    qualities = [piece.quality for piece in pieces if piece.quality is not None]
+    if len(qualities) < len(pieces):
         return _STRAIGHT
-    off = max(quality.off for quality in cubics)
+    off, rate, acceleration = np.max(qualities, axis=0)
     about = f"about {off:.1e}"
-    if all(quality.is_proven for quality in cubics):
+    if is_proven:
         about = f"at most {1.06 * off:.1e}"  # not less, to two digits
-    rate = max(quality.rate for quality in cubics)
-    acceleration = max(quality.acceleration for quality in cubics)
     return _CUBIC.format(off=about, rate=rate, acceleration=acceleration)
 
 
@@ -260,7 +259,7 @@ def _quality_of(table: Table, times: FloatArray, rates: FloatArray) -> _Quality:
         rates.astype(np.float32).astype(float),
         times[-1] / (len(times) - 1),
     )
-    return _Quality(off, table.motion is not None, rate, acceleration)
+    return _Quality(off, rate, acceleration)
 
 
 def cubic_peaks(
@@ -284,8 +283,9 @@ def cubic_peaks(
         starting, starting - ending, where=turns, out=np.zeros_like(slope)
     )
     between = first + 0.5 * step * starting * passed
-    rate = max(float(np.abs(one).max()) for one in (rates, between))
-    return rate, max(float(np.abs(one).max()) for one in (starting, ending))
+    rate = np.abs(np.append(rates, between)).max()
+    acceleration = np.abs(np.append(starting, ending)).max()
+    return float(rate), float(acceleration)
 
 
 def _proven_error(table: Table, motion: TimedGait, step: float) -> float:
@@ -302,7 +302,7 @@ def _proven_error(table: Table, motion: TimedGait, step: float) -> float:
         written = np.column_stack([tilts[name] for name in names])
         stated = np.column_stack([table[name] for name in names])
         by_float = np.abs(stated - stated.astype(np.float32)).max()
-        off.append(float(by_float + np.abs(written - values).max()))
+        off.append(by_float + np.abs(written - values).max())
     second, third, fourth = (float(motion.peaks(order).max()) for order in (2, 3, 4))
     corners = motion.corner_times
     after = np.searchsorted(seconds[1:-1], corners)
@@ -312,7 +312,7 @@ def _proven_error(table: Table, motion: TimedGait, step: float) -> float:
     between_rows = min(step**2 / 16 * second, step**3 / 96 * third)
     if nearest.max() <= _NANOSECOND:
         between_rows = min(step**4 / 384 * fourth, between_rows)
-    return between_rows + off[0] + step / 4 * off[1]
+    return float(between_rows + off[0] + step / 4 * off[1])
 
 
 def _harmless(text: str) -> str:

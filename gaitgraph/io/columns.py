@@ -12,6 +12,7 @@ import re
 import warnings
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +48,7 @@ from gaitgraph.surface.sheets import COLORS, types_from_text
 from gaitgraph.timing.statement import checked
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Container, Iterable, Sequence
 
     from gaitgraph.gait.given import Frame
     from gaitgraph.invertibility.forms import FloatArray
@@ -104,23 +105,26 @@ class Wanted:
     @property
     def order(self) -> tuple[str, ...]:
         """The columns of the table."""
-        return ("t", *self.angles) if self.angles else ORDER
+        if self.angles:
+            return ("t", *self.angles)
+        return ORDER
 
     @property
     def other_names(self) -> dict[str, str]:
         """Other names of these, in other units."""
-        degrees = {f"{name}_deg": name for name in self.angles or ANGLES}
-        return degrees | dict.fromkeys(_TIMES, "t")
+        names = dict.fromkeys(_TIMES, "t")
+        for name in self.angles or ANGLES:
+            names[f"{name}_deg"] = name
+        return names
 
     def used(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return the columns that are read of a file with these names; others are listed in a warning."""
         if self.joints is None:
-            return (*self.order, *self.other_names)
-        joints = self.joints.columns
-        if self.joints.time in names:
-            return (*joints, *_BESIDE_JOINTS)
-        times = [name for name in _TIMES if name not in joints]
-        return (*joints, *times, *_BESIDE_JOINTS)
+            return self.order + tuple(self.other_names)
+        used = self.joints.columns + _BESIDE_JOINTS
+        if self.joints.time not in names:
+            used += tuple(name for name in _TIMES if name not in used)
+        return used
 
 
 GAIT_COLUMNS = Wanted()
@@ -134,21 +138,23 @@ def table_of_columns(
     Notes on what is not used, or probably wrong, become warnings about the `source`, if that is given.
     """
     # What is read are tilt angles, so a map of joints did not make them.
-    about = {name: value for name, value in raw.about.items() if name != "servos"}
-    if wanted.joints is None and "servos" in raw.about:
-        wanted = replace(wanted, joints=servo_map_from_mapping(raw.about["servos"]))
-    others = _check_names([*raw.columns], wanted)
-    notes = [f"columns not used: {others}"] if others else []
-    _warn_of(notes, source)
+    about = dict(raw.about)
+    if "servos" in about:
+        servos = about.pop("servos")
+        if wanted.joints is None:
+            wanted = replace(wanted, joints=servo_map_from_mapping(servos))
+    notes = _Notes(source)
+    others = _check_names(list(raw.columns), wanted)
+    if others:
+        notes.add(f"columns not used: {others}")
     used = _equally_long(raw.columns, wanted)
     columns: dict[str, Any] = {}
     digits: dict[str, Digits] = {}
     if wanted.joints is not None:
-        numbers = {
-            name: _numbers(name, used.pop(name))
-            for name in wanted.joints.columns
-            if name in used
-        }
+        numbers = {}
+        for name in wanted.joints.columns:
+            if name in used:
+                numbers[name] = _numbers(name, used.pop(name))
         columns |= tilts_from_joints(numbers, wanted.joints)
         digits |= digits_from_joints(numbers, wanted.joints)
     for name, values in used.items():
@@ -161,27 +167,33 @@ def table_of_columns(
             columns[meant], digits[meant] = _in_si(name, stated, values)
     _check_sizes(columns, wanted)
     if "t" in columns:
-        on_times = _notes_on_times(columns["t"], about)
-        _warn_of(on_times, source)
-        notes += on_times
-    on_rates = _notes_on_lone_rates([*columns])
-    _warn_of(on_rates, source)
-    notes += on_rates
+        _check_times(columns["t"], about, notes)
+    _check_rates(columns, notes)
     columns = {name: columns[name] for name in wanted.order if name in columns}
-    return Table(columns=columns, about=about, digits=digits, notes=tuple(notes))
+    return Table(columns=columns, about=about, digits=digits, notes=tuple(notes.texts))
 
 
-def _notes_on_lone_rates(names: list[str]) -> list[str]:
-    """Return a note on rates, and on accelerations, that are not there for all angles, or without times."""
-    notes = []
+class _Notes:
+    """Notes on a table, each a warning at once if the file or frame that it is from has a name."""
+
+    def __init__(self, source: str | None) -> None:
+        self.source = source
+        self.texts: list[str] = []
+
+    def add(self, text: str) -> None:
+        self.texts.append(text)
+        if self.source:
+            warnings.warn(f"{self.source}: {text}", FileWarning, stacklevel=5)
+
+
+def _check_rates(names: Container[str], notes: _Notes) -> None:
+    """Note rates, and accelerations, that are not there for all angles, or without times."""
     for kind in (RATES, ACCELERATIONS):
-        given = [name for name in kind if name in names]
-        if given and ("t" not in names or len(given) < len(kind)):
-            listed = ", ".join(given)
-            notes.append(
-                f"columns not used: {listed}, which are used with t and for all four angles"
+        stated = [name for name in kind if name in names]
+        if stated and ("t" not in names or len(stated) < len(kind)):
+            notes.add(
+                f"columns not used: {', '.join(stated)}, which are used with t and for all four angles"
             )
-    return notes
 
 
 def _check_names(names: list[str], wanted: Wanted) -> str:
@@ -201,10 +213,10 @@ def _check_names(names: list[str], wanted: Wanted) -> str:
         needed = ANGLES[:2]
     for name in needed:
         if name not in known:
-            there = f"; other columns are {others}" if others else ""
+            if others:
+                columns += f"; other columns are {others}"
             raise InputError(
-                f"column {name!r} is missing; columns must be {columns}{there}",
-                field=name,
+                f"column {name!r} is missing; columns must be {columns}", field=name
             )
     return others
 
@@ -212,9 +224,9 @@ def _check_names(names: list[str], wanted: Wanted) -> str:
 def _check_one_name_each(names: Sequence[str], wanted: Wanted) -> None:
     """Raise InputError if two columns are the same one under two names."""
     first: dict[str, str] = {}
-    joints = () if wanted.joints is None else wanted.joints.columns
     for name in wanted.used(names):
-        if name in names and name not in joints:
+        is_of_joints = wanted.joints is not None and name in wanted.joints.columns
+        if name in names and not is_of_joints:
             meant = wanted.other_names.get(name, name)
             if meant in first:
                 raise InputError(
@@ -227,14 +239,21 @@ def _check_one_name_each(names: Sequence[str], wanted: Wanted) -> None:
 def _listed(others: list[str], names: Sequence[str], used: Sequence[str]) -> str:
     """Return names of columns for a message, first those that resemble a known one, with a hint."""
     missing = [name for name in used if name not in names]
-    near = {name: _hint(name, missing) for name in others[:_MOST_COMPARED]}
-    texts = [
-        f"{name!r} ({hint.removeprefix('; ')})" for name, hint in near.items() if hint
-    ]
-    texts += [shown(name) for name in others if not near.get(name)]
-    more = len(texts) - _MOST_NAMED
+    near = []
+    rest = []
+    for number, name in enumerate(others):
+        hint = ""
+        if number < _MOST_COMPARED:
+            hint = _hint(name, missing).removeprefix("; ")
+        if hint:
+            near.append(f"{name!r} ({hint})")
+        else:
+            rest.append(shown(name))
+    texts = near + rest
     listed = ", ".join(texts[:_MOST_NAMED])
-    return f"{listed} and {more} more" if more > 0 else listed
+    if len(texts) > _MOST_NAMED:
+        listed += f" and {len(texts) - _MOST_NAMED} more"
+    return listed
 
 
 def _hint(name: str, known: list[str]) -> str:
@@ -249,19 +268,21 @@ def _hint(name: str, known: list[str]) -> str:
 
 def _equally_long(raw: Mapping[str, Any], wanted: Wanted) -> dict[str, Any]:
     """Return the columns that are read, one text as often as there are rows; InputError unless all are as long."""
-    names = [name for name in wanted.used([*raw]) if name in raw]
-    columns = {name: column_of(name, raw[name]) for name in names}
-    lengths = {len(one) for one in columns.values() if not isinstance(one, str)} or {0}
+    columns = {}
+    for name in wanted.used(list(raw)):
+        if name in raw:
+            columns[name] = column_of(name, raw[name])
+    lengths = {len(one) for one in columns.values() if not isinstance(one, str)}
+    rows = max(lengths, default=0)
     if len(lengths) > 1:
-        got = f"{min(lengths)} to {max(lengths)}"
+        got = f"{min(lengths)} to {rows}"
         raise wrong("columns", "must have equally many rows", lengths, got=got)
-    (rows,) = lengths
     if not rows:
         raise wrong("it", "must have at least one row", 0, got="none", field="columns")
-    return {
-        name: [values] * rows if isinstance(values, str) else values
-        for name, values in columns.items()
-    }
+    for name, values in columns.items():
+        if isinstance(values, str):
+            columns[name] = [values] * rows
+    return columns
 
 
 def _in_si(name: str, numbers: FloatArray, values: Any) -> tuple[FloatArray, Digits]:
@@ -300,7 +321,7 @@ def _check_sizes(columns: Mapping[str, Any], wanted: Wanted) -> None:
         )
 
 
-def _notes_on_times(t: FloatArray, about: Mapping[str, Any]) -> list[str]:
+def _check_times(t: FloatArray, about: Mapping[str, Any], notes: _Notes) -> None:
     """Raise InputError unless times increase; note those that are probably in another unit, and a gap."""
     steps = np.diff(t)
     if (steps < _SHORTEST_STEP).any():
@@ -311,26 +332,19 @@ def _notes_on_times(t: FloatArray, about: Mapping[str, Any]) -> list[str]:
             f"row {k + 1}: {wanted}, got {got!r}", field="t", row=k + 1, value=got
         )
     if len(t) < 2 or "made_by" in about:  # a command's table has no such times
-        return []
-    notes = []
+        return
     duration, stated = float(t[-1] - t[0]), number_of(about.get("period"))
     if duration > _LIKELY_PERIOD and not stated > _LIKELY_PERIOD:
-        notes.append(
+        notes.add(
             f"row {len(t)} is {duration:.6g} s after row 1, more than a minute: is t in s? A column of ms is "
             "t_ms, one of µs is t_us"
         )
     k, usual = int(np.argmax(steps)), float(np.median(steps))
     if steps[k] > _LIKELY_STEP * usual:
-        notes.append(
+        notes.add(
             f"row {k + 2} is {steps[k]:.6g} s after the row before, {steps[k] / usual:.3g} times the median "
             "step: are rows missing there, or is a time wrong?"
         )
-    return notes
-
-
-def _warn_of(notes: list[str], source: str | None) -> None:
-    for note in notes if source else ():
-        warnings.warn(f"{source}: {note}", FileWarning, stacklevel=4)
 
 
 def checked_table(table: Table) -> Table:
@@ -377,39 +391,28 @@ def column_of(name: str, given: Any) -> Any:
 def _numbers(name: str, values: Any, *, angle_texts: bool = False) -> FloatArray:
     """Return the values of a column as finite numbers, in an array of their own."""
     if isinstance(values, np.ndarray):
-        numbers = np.array(values, dtype=np.float64)
+        numbers = values.astype(np.float64)
     else:
-        kinds = set(map(type, values))
-        try:
-            plain = kinds <= {float} or (
-                kinds == {str} and not angle_texts and _is_plain("".join(values))
-            )
-            numbers = np.array(
-                values if plain else [_number(value, angle_texts) for value in values],
-                dtype=np.float64,
-            )
-        except ValueError:  # one of many plain texts is no number
-            numbers = np.array([_number(value, angle_texts) for value in values])
+        numbers = np.array(_floats(values, angle_texts), dtype=np.float64)
     odd = ~np.isfinite(numbers)
     if odd.any():
-        k = int(np.argmax(odd))
-        value = float(values[k]) if isinstance(values, np.ndarray) else values[k]
-        allowed = "a finite number" + (
-            ", or a text such as '3pi/8'" if angle_texts else ""
-        )
-        got = "no value" if value is None else shown(value)
-        hint = f"; in degrees the column is {name}_deg" * (
-            name in ANGLES
-            and isinstance(value, str)
-            and value.rstrip().endswith(("deg", "°"))
-        )
-        raise InputError(
-            f"row {k + 1}: {name} must be {allowed}, got {got}{hint}",
-            field=name,
-            row=k + 1,
-            value=value,
-        )
+        row = int(np.argmax(odd))
+        value = values[row]
+        if isinstance(values, np.ndarray):
+            value = float(value)
+        raise _no_number(name, value, row + 1, angle_texts=angle_texts)
     return numbers
+
+
+def _floats(values: Sequence[Any], angle_texts: bool) -> Sequence[float]:
+    """Return the values of a list, and texts of numbers, as floats; NaN for anything else."""
+    kinds = set(map(type, values))
+    if kinds == {float}:
+        return values
+    if kinds == {str} and not angle_texts and _is_plain("".join(values)):
+        with suppress(ValueError):  # one of the texts is no number
+            return list(map(float, values))
+    return [_number(value, angle_texts) for value in values]
 
 
 def _number(value: Any, angle_texts: bool) -> float:
@@ -424,6 +427,27 @@ def _number(value: Any, angle_texts: bool) -> float:
         return float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def _no_number(name: str, value: object, row: int, *, angle_texts: bool) -> InputError:
+    """Return the error that a value of a column is no finite number."""
+    allowed = "a finite number"
+    got = hint = ""
+    if angle_texts:
+        allowed += ", or a text such as '3pi/8'"
+    if value is None:
+        got = "no value"
+    elif name in ANGLES and str(value).rstrip().endswith(("deg", "°")):
+        hint = f"; in degrees the column is {name}_deg"
+    return wrong(
+        f"row {row}: {name}",
+        f"must be {allowed}",
+        value,
+        hint,
+        got=got,
+        field=name,
+        row=row,
+    )
 
 
 def _plain_name(name: str) -> str:
@@ -441,23 +465,32 @@ def _is_plain(text: str) -> bool:
 
 def _texts(name: str, values: Any) -> tuple[str, ...]:
     """Return the values of a column of colors or of plane types."""
-    values = values.tolist() if isinstance(values, np.ndarray) else values
-    texts = [text.strip() if isinstance(text, str) else shown(text) for text in values]
-    for text in dict.fromkeys(texts):
-        try:
-            if name == "types":
-                types_from_text(text)
-            elif text not in COLORS:
-                value = values[texts.index(text)]
-                got = "no value" if value is None else ""
-                colors = ", ".join(map(repr, COLORS))
-                raise wrong("color", f"must be one of {colors}", value, got=got)
-        except InputError as error:
-            row = texts.index(text) + 1
-            raise InputError(
-                f"row {row}: {error}", field=name, row=row, value=error.value
-            ) from error
+    texts = []
+    known = set()
+    for row, value in enumerate(values, start=1):
+        text = value.strip() if isinstance(value, str) else shown(value)
+        if text not in known:
+            known.add(text)
+            _check_text(name, text, value, row)
+        texts.append(text)
     return tuple(texts)
+
+
+def _check_text(name: str, text: str, value: object, row: int) -> None:
+    """Raise InputError unless a text is a color, or plane types."""
+    got = ""
+    if value is None:
+        got = "no value"
+    try:
+        if name == "types":
+            types_from_text(text)
+        elif text not in COLORS:
+            colors = ", ".join(map(repr, COLORS))
+            raise wrong("color", f"must be one of {colors}", value, got=got)
+    except InputError as error:
+        raise InputError(
+            f"row {row}: {error}", field=name, row=row, value=error.value
+        ) from error
 
 
 # -- Frames
@@ -485,16 +518,12 @@ def table_from_frame(frame: Frame) -> Table:
             f"frame must have its rows there, got a {type(frame).__name__}: collect() it first"
         )
     columns = _columns_of(frame)
-    stated = getattr(frame, "attrs", {})
-    stated = stated.get("gaitgraph") if isinstance(stated, dict) else None
-    about: dict[str, Any] | None
-    if stated is None and MADE_BY in columns:
-        about = about_of_column(columns[MADE_BY])
-        if about is not None:  # a CSV file of ours that pandas or polars has read
-            del columns[MADE_BY]
-    else:
-        about = _about_of_attributes(stated)
-    raw = RawTable(columns=columns, about=about or {}, angle_texts=True)
+    attributes = getattr(frame, "attrs", None)
+    if isinstance(attributes, dict) and attributes.get("gaitgraph") is not None:
+        about = _about_of_attributes(attributes["gaitgraph"])
+    else:  # a CSV file of ours that pandas or polars has read
+        about = taken_about(columns)
+    raw = RawTable(columns=columns, about=about, angle_texts=True)
     return checked(table_of_columns(raw, source="frame"))
 
 
@@ -522,16 +551,22 @@ def _about_of_attributes(stated: object) -> dict[str, Any]:
         raise wrong("attrs", "must be as gaitgraph left them", stated) from error
 
 
-def about_of_column(texts: Iterable[object]) -> dict[str, Any] | None:
-    """Return what made a table, as one text in its column `made_by` states it; None if that column is none of ours.
+def taken_about(columns: dict[str, Any]) -> dict[str, Any]:
+    """Take the column `made_by` out of columns, if it is ours, and return what its one text states; else nothing.
 
     InputError if the column is empty: the row with the text is missing, and with it limits, vehicle or its constants.
     """
-    stated = next((text for text in texts if isinstance(text, str) and text), None)
-    if stated is None:
+    if MADE_BY not in columns:
+        return {}
+    texts = (text for text in columns[MADE_BY] if isinstance(text, str) and text)
+    text = next(texts, None)
+    if text is None:
         raise InputError(
             f"the row is missing whose text in {MADE_BY} states the vehicle or the motion; without this column the rows "
             "are a table of their own",
             field=MADE_BY,
         )
-    return about_from_text(stated) if FORMAT in stated else None
+    if FORMAT not in text:
+        return {}
+    del columns[MADE_BY]
+    return about_from_text(text)

@@ -30,7 +30,7 @@ from gaitgraph.io.formats import (
 )
 from gaitgraph.io.servo_map import clipped_rows, clipped_table, servo_map_named
 from gaitgraph.records import Record
-from gaitgraph.timing.laws import DEFAULT_LAW
+from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
 from gaitgraph.timing.timed_gait import (
     TimedGait,
     checked_clock,
@@ -39,88 +39,17 @@ from gaitgraph.timing.timed_gait import (
 )
 from gaitgraph.validation.report import Check, Report
 from gaitgraph.validation.validating import validate
-from gaitgraph.vehicle import PAPER, vehicle_named, vehicle_within
+from gaitgraph.vehicle import PAPER, vehicle_within
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from gaitgraph.gait.given import GaitLike
+    from gaitgraph.gait.given import GaitLike, GivenGait
     from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.servo_map import ServoMapLike
     from gaitgraph.timing.laws import LawName
     from gaitgraph.vehicle import Each, VehicleLike
-
-
-def _retimed(
-    table: Table,
-    chosen: dict[str, Any],
-    period: float | None,
-    law: LawName | None,
-    sampling: dict[str, Any],
-) -> Table | TimedGait:
-    """Return a table with another period, law or sampling; as it is if none is asked for and its rows have times.
-
-    Another sampling, or a period alone, keeps the motion that the table states, or that of its rows.
-    """
-    has_times = "t" in table and len(table) > 1
-    resampled = any(one is not None for one in sampling.values())
-    if has_times and period is None and law is None and not resampled:
-        warn_of_ends(table)
-        return table
-    motion = timed_gait_of(table, **chosen)
-    keeps_motion = has_times and law is None
-    if keeps_motion and table.motion is None:
-        seconds = motion.period if period is None else period
-        count = checked_clock(seconds, DEFAULT_LAW, **sampling)
-        rows = completed_table(table, **chosen)
-        sampled = _sampled(rows, table, count if resampled else None, seconds)
-        phases = motion.with_period(seconds).phases
-        if not phases:
-            return sampled
-        stated = {"phases": [list(phase) for phase in phases]}
-        return replace(sampled, about=sampled.about | stated)
-    if keeps_motion and period is not None:
-        checked_clock(period, DEFAULT_LAW)
-        motion = motion.with_period(period)
-    elif period is not None or law is not None:
-        motion = timed_gait_of(table, **chosen, period=period, law=law)
-    if keeps_motion and not resampled:
-        return motion
-    return replace(
-        motion, samples=checked_clock(motion.period, DEFAULT_LAW, **sampling)
-    )
-
-
-def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> Table:
-    """Return the motion through the rows of a completed table at even times, in some seconds; `count` None keeps them.
-
-    Rows are joined by cubics through the rates where the table stated rates, else straight; see
-    :attr:`gaitgraph.gait.table.Table.joined_by_cubics`.
-    """
-    t, alpha = rows["t"], rows.alpha
-    own = t if count is None else np.linspace(0.0, t[-1], count + 1)
-    slower = seconds / t[-1]
-    columns: dict[str, Any] = {"t": own * slower}
-    if stated.joined_by_cubics:
-        from scipy.interpolate import CubicHermiteSpline
-
-        rates = np.column_stack([rows[name] for name in RATES])
-        spline = CubicHermiteSpline(t, alpha, rates)
-        angles, most = spline(own), np.abs(rates).max(axis=0)
-        # No rate or acceleration above those of the rows: cubics have a little more between them.
-        speeds = np.clip(spline(own, 1), -most, most) / slower
-        columns |= zip(RATES, speeds.T, strict=True)
-        for name in ACCELERATIONS:
-            if name in rows:
-                columns[name] = np.interp(own, t, rows[name]) / slower**2
-    else:
-        angles = np.column_stack([np.interp(own, t, angle) for angle in alpha.T])
-    columns |= zip(ANGLES, angles.T, strict=True)
-    if "color" in rows:
-        passed = np.searchsorted(t, own, side="right") - 1
-        columns["color"] = tuple(rows["color"][k] for k in passed.tolist())
-    about = rows.about | {"period": seconds, "samples": len(own) - 1}
-    return completed_table(Table(columns=columns, about=about))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -204,37 +133,30 @@ def export(
     chosen: dict[str, Any] = {"vehicle": vehicle, "coefficients": coefficients}
     sampling: dict[str, Any] = {"samples": samples, "rate": rate}
     table = _to_write(source, chosen, joints, period, law, sampling)
-    # Another timing keeps the limits that the table was made for, also where its vehicle allows more.
-    is_retimed = period is not None or law is not None
-    made_for = table.limits if is_retimed else {}
-    servo_map, clipped = None, {}
+    made_for = {}
+    if period is not None or law is not None:
+        # Another timing keeps the limits that the table was made for, also where its vehicle allows more.
+        made_for = table.limits
+    servo_map = None
+    clipped = {}
     if servos is not None:
         servo_map = servo_map_named(servos)
-    if servo_map is not None and servo_map.clip:
-        clipped = clipped_rows(table, servo_map)
-    if servo_map is not None and clipped:
-        table = completed_table(clipped_table(table, servo_map))
+        if servo_map.clip:
+            clipped = clipped_rows(table, servo_map)
+        if clipped:
+            table = completed_table(clipped_table(table, servo_map))
     report = judged(
         table, require=require, anyway=anyway or not paths, made_for=made_for
     )
     write_tables(
         table, paths, force=force, periods=periods, servos=servo_map, format=format
     )
-    rate_checks: tuple[Check, ...] = ()
-    if any(one is not None for one in (period, law, samples, rate)):
-        rate_checks = tuple(one for one in report.checks if one.name in RATE_CHECKS)
+    rate_checks: list[Check] = []
+    if (period, law, samples, rate) != (None,) * 4:
+        rate_checks = [check for check in report.checks if check.name in RATE_CHECKS]
     return Exported(
-        table=table, report=report, clipped=clipped, rate_checks=rate_checks
+        table=table, report=report, clipped=clipped, rate_checks=tuple(rate_checks)
     )
-
-
-def _exact(table: Table) -> Table:
-    """Return a table whose rows are the samples of a motion to their last digit with all digits of these."""
-    if table.motion is None:
-        return table
-    about = {key: one for key, one in table.about.items() if key != "angle_rounding"}
-    exact = Table(columns=table.motion.columns, about=about)
-    return exact.with_motion(table.motion)
 
 
 def _to_write(
@@ -245,30 +167,120 @@ def _to_write(
     law: LawName | None,
     sampling: dict[str, Any],
 ) -> Table:
-    """Return the table of a gait in any form, with another timing or sampling if asked for, with all columns."""
+    """Return the table of a gait in any form, with another timing or sampling if asked for, with all columns.
+
+    Another sampling, or a period alone, keeps the motion: the one that is given, or that a table states, or that of its
+    rows. A law times the polyline anew, and so are rows without times.
+    """
     if isinstance(source, (str, Path)) and joints is not None:
-        body = vehicle_named(PAPER if chosen["vehicle"] is None else chosen["vehicle"])
-        linked = servo_map_named(joints).linked_to(body)
-        source = read_table(source, joints=linked)
+        vehicle = PAPER
+        if chosen["vehicle"] is not None:
+            vehicle = chosen["vehicle"]
+        source = read_table(source, joints=servo_map_named(joints).linked_to(vehicle))
     given = given_gait(source, **chosen)
+    with naming_file(given.file):
+        return _timed_as_asked(given, chosen, period, law, sampling)
+
+
+def _timed_as_asked(
+    given: GivenGait,
+    chosen: dict[str, Any],
+    period: float | None,
+    law: LawName | None,
+    sampling: dict[str, Any],
+) -> Table:
     table = given.table
+    given = replace(given, file=None)  # of a file a period would have to be given
+    is_resampled = any(value is not None for value in sampling.values())
+    keeps_motion = law is None
+    kept = {}
     if table is not None:
-        kept = {"limits": table.about["limits"]} if table.limits else {}
-        with naming_file(given.file):
-            retimed = _retimed(table, chosen, period, law, sampling)
-            if isinstance(retimed, Table):
-                return completed_table(_exact(retimed), **chosen)
-        return table_of(retimed, kept)
-    motion = given.motion or given.gait.parametrize()
-    if law is not None:
-        motion = timed_gait_of(motion, period=period, law=law)
-    elif period is not None:
-        checked_clock(period, DEFAULT_LAW)
-        motion = motion.with_period(period)
-    if any(one is not None for one in (law, period, *sampling.values())):
+        keeps_motion = law is None and "t" in table and len(table) > 1
+        if table.limits:
+            kept["limits"] = table.about["limits"]
+    if table is not None and keeps_motion:
+        if period is None and not is_resampled:
+            warn_of_ends(table)
+            return completed_table(_exact(table), **chosen)
+        if table.motion is None:
+            rows = _sampled_rows(given, table, period, sampling)
+            return completed_table(rows, **chosen)
+    if keeps_motion:
+        motion = timed_gait_of(given)
+        if period is not None:
+            checked_clock(period, DEFAULT_LAW)
+            motion = motion.with_period(period)
+    else:
+        if law is not None:
+            checked_choice("law", law, LAWS)
+        motion = timed_gait_of(given, period=period, law=law)
+    if is_resampled or not keeps_motion:
         count = checked_clock(motion.period, DEFAULT_LAW, **sampling)
         motion = replace(motion, samples=count)
-    return table_of(motion)
+    return table_of(motion, kept)
+
+
+def _exact(table: Table) -> Table:
+    """Return a table whose rows are the samples of a motion to their last digit with all digits of these."""
+    if table.motion is None:
+        return table
+    about = dict(table.about)
+    about.pop("angle_rounding", None)
+    exact = Table(columns=table.motion.columns, about=about)
+    return exact.with_motion(table.motion)
+
+
+def _sampled_rows(
+    given: GivenGait, table: Table, period: float | None, sampling: dict[str, Any]
+) -> Table:
+    """Return the motion through the rows of a table in another period, or at even times.
+
+    Rows are joined by cubics through the rates where the table stated rates, else straight; see
+    :attr:`gaitgraph.gait.table.Table.joined_by_cubics`.
+    """
+    motion = timed_gait_of(given)
+    seconds = motion.period
+    if period is not None:
+        seconds = period
+    count = checked_clock(seconds, DEFAULT_LAW, **sampling)
+    rows = completed_table(
+        table, vehicle=given.vehicle, coefficients=given.coefficients
+    )
+    t = own = rows["t"]
+    if any(value is not None for value in sampling.values()):
+        own = np.linspace(0.0, t[-1], count + 1)
+    slower = seconds / t[-1]
+    columns: dict[str, Any] = {"t": own * slower}
+    if table.joined_by_cubics:
+        columns |= _along_cubics(rows, own, slower)
+    else:
+        for name in ANGLES:
+            columns[name] = np.interp(own, t, rows[name])
+    if "color" in rows:
+        passed = np.searchsorted(t, own, side="right") - 1
+        columns["color"] = tuple(np.array(rows["color"])[passed].tolist())
+    about = rows.about | {"period": seconds, "samples": len(own) - 1}
+    phases = motion.with_period(seconds).phases
+    if phases:
+        about["phases"] = list(map(list, phases))
+    return Table(columns=columns, about=about)
+
+
+def _along_cubics(rows: Table, own: FloatArray, slower: float) -> dict[str, FloatArray]:
+    """Return angles, rates and accelerations at own times, which then pass more slowly, between rows with rates."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    t = rows["t"]
+    columns = {}
+    for angle, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
+        spline = CubicHermiteSpline(t, rows[angle], rows[rate])
+        columns[angle] = spline(own)
+        # No rate or acceleration above those of the rows: cubics have a little more between them.
+        most = np.abs(rows[rate]).max()
+        columns[rate] = np.clip(spline(own, 1), -most, most) / slower
+        if acceleration in rows:
+            columns[acceleration] = np.interp(own, t, rows[acceleration]) / slower**2
+    return columns
 
 
 def judged(
@@ -292,7 +304,9 @@ def judged(
             "crossing_tolerance": crossing_tolerance,
         }
     report = validate(motion, **limited)
-    meets = report.flyable if require == "flyable" else report.valid
+    meets = report.valid
+    if require == "flyable":
+        meets = report.flyable
     if not meets and not anyway:
         raise Infeasible(
             f"nothing is written, since the motion is not {require}: {report.reason}",

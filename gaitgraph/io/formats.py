@@ -6,10 +6,9 @@ The libraries of an extra are loaded by the functions that need them.
 
 from __future__ import annotations
 
-import os
 import warnings
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,7 +26,6 @@ from gaitgraph.errors import (
     checked_choice,
     did_you_mean,
     needs_extra,
-    reworded,
     shown,
     wrong,
 )
@@ -93,13 +91,11 @@ class Format:
         missing = self.why_not()
         if missing:
             raise MissingExtra(missing)
-        found: Callable[..., Any] = getattr(
-            self.module, f"{task}_{self.suffix.removeprefix('.')}"
-        )
-        return found
+        name = self.suffix.removeprefix(".")
+        does: Callable[..., Any] = getattr(self.module, f"{task}_{name}")
+        return does
 
 
-_BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True}
 _NPZ_OWN = (
     "provenance",
     "file",
@@ -107,28 +103,31 @@ _NPZ_OWN = (
 )  # the last two are parameters of numpy.savez
 _MAT_OWN = ("alpha", "alpha_rate", "alpha_acceleration", "names", "units", "provenance")
 
-FORMATS = {
-    one.suffix: one
-    for one in (
-        Format(suffix=".csv", name="CSV", module=text_files, own=("made_by",)),
-        Format(suffix=".json", name="JSON", module=text_files),
-        Format(suffix=".npz", name="NumPy archive", module=binary_tables, own=_NPZ_OWN),
-        Format(suffix=".mat", name="MATLAB file", module=binary_tables, own=_MAT_OWN),
-        Format(
-            suffix=".parquet",
-            name="Parquet",
-            module=binary_tables,
-            library="pyarrow",
-            extra="table",
-        ),
-        Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=ros, **_BAG),
-        Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, reads=False),
-        Format(suffix=".h", name="C header", module=c_header, reads=False),
-    )
-}
+_FORMATS = (
+    Format(suffix=".csv", name="CSV", module=text_files, own=("made_by",)),
+    Format(suffix=".json", name="JSON", module=text_files),
+    Format(suffix=".npz", name="NumPy archive", module=binary_tables, own=_NPZ_OWN),
+    Format(suffix=".mat", name="MATLAB file", module=binary_tables, own=_MAT_OWN),
+    Format(
+        suffix=".parquet",
+        name="Parquet",
+        module=binary_tables,
+        library="pyarrow",
+        extra="table",
+    ),
+    Format(
+        suffix=".mcap",
+        name="ROS 2 bag (MCAP)",
+        module=ros,
+        library="rosbags",
+        extra="ros",
+        folder=True,
+    ),
+    Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, reads=False),
+    Format(suffix=".h", name="C header", module=c_header, reads=False),
+)
+FORMATS = {form.suffix: form for form in _FORMATS}
 """The formats by suffix."""
-
-_BINARY = (".npz", ".mat", ".parquet")
 
 FILMS = (".gif", ".mp4")
 """Suffixes of films, which :mod:`gaitgraph.plots.films` writes."""
@@ -138,8 +137,14 @@ def tables_and_films(
     paths: Sequence[str | Path],
 ) -> tuple[list[str | Path], list[str | Path]]:
     """Return those of some outputs that are tables, and those that are films."""
-    films = [path for path in paths if str(path).lower().endswith(FILMS)]
-    return [path for path in paths if path not in films], films
+    tables = []
+    films = []
+    for path in paths:
+        if str(path).lower().endswith(FILMS):
+            films.append(path)
+        else:
+            tables.append(path)
+    return tables, films
 
 
 _HINTS = {
@@ -147,16 +152,11 @@ _HINTS = {
     ".m": "; MATLAB and Octave load .mat",
 }
 _NOT_READ = "; this format is not read: use the gait table or the request"
-_HINTS_ON_READING = {
-    **dict.fromkeys((*FORMATS, *FILMS, ".svg"), _NOT_READ),
-    ".toml": "; a request is planned first",
-    **_HINTS,
-}
-_HINTS_ON_WRITING = {
-    ".svg": "; films are .gif, .mp4",
-    **dict.fromkeys(FILMS, "; films are written by animate"),
-    **_HINTS,
-}
+_HINTS_ON_READING = _HINTS | dict.fromkeys((".yaml", ".h", ".svg"), _NOT_READ)
+_HINTS_ON_READING |= dict.fromkeys(FILMS, _NOT_READ)
+_HINTS_ON_READING[".toml"] = "; a request is planned first"
+_HINTS_ON_WRITING = _HINTS | dict.fromkeys(FILMS, "; films are written by animate")
+_HINTS_ON_WRITING[".svg"] = "; films are .gif, .mp4"
 
 
 def known_format(path: str | Path, what: str) -> Format:
@@ -165,7 +165,7 @@ def known_format(path: str | Path, what: str) -> Format:
     suffix = file.suffix.lower()
     if suffix in FORMATS:
         return FORMATS[suffix]
-    known = [*FORMATS]
+    known = list(FORMATS)
     if suffix not in FILMS:
         known += FILMS
     raise _unknown(file, repr(str(path)), what, known, _HINTS_ON_WRITING)
@@ -178,7 +178,7 @@ def read_format(path: str | Path, what: str, also: Sequence[str] = ()) -> Format
     """
     file = path_of(path, what)
     suffix = file.suffix.lower()
-    known = [suffix for suffix, one in FORMATS.items() if one.reads]
+    known = [form.suffix for form in _FORMATS if form.reads]
     got = repr(str(path))
     if suffix not in FORMATS and str(path) != "" and file.is_dir():
         if any(file.glob("*.mcap")):
@@ -186,7 +186,7 @@ def read_format(path: str | Path, what: str, also: Sequence[str] = ()) -> Format
         got += ", a folder without a .mcap file"
     if suffix in known:
         return FORMATS[suffix]
-    raise _unknown(file, got, what, [*known, *also], _HINTS_ON_READING)
+    raise _unknown(file, got, what, known + list(also), _HINTS_ON_READING)
 
 
 def _unknown(
@@ -226,25 +226,29 @@ def write_tables(
     """
     check_kind("table", table, Table)
     check_kind("paths", paths, list, tuple)
-    servo_map = None if servos is None else servo_map_named(servos)
+    servo_map = None
+    if servos is not None:
+        servo_map = servo_map_named(servos)
     if format is not None or any(map(is_stream, paths)):
         streams: Sequence[Any] = paths
         for stream in streams:
             with _file_for(stream, format, "write") as file:
                 write_tables(table, [file], periods=periods, servos=servo_map)
-                is_text = file.suffix not in _BINARY
-                what = f"a {file.suffix} file"
+                is_text = FORMATS[file.suffix].module is not binary_tables
                 with file.open("rb") as content:
-                    write_to(stream, content, what, is_text=is_text)
+                    write_to(stream, content, f"a {file.suffix} file", is_text=is_text)
         return
     named = [path_of(path, "output") for path in paths]
     check_outputs(named, force=force, periods=periods)
     contents = []
     for path in named:
         form = known_format(path, "output")
-        stated = _table_in(form, table, periods, servo_map)
-        options = {"periods": periods} if form.module is ros else {}
-        contents.append((path, partial(form.function("write"), stated, **options)))
+        write = partial(
+            form.function("write"), _table_in(form, table, periods, servo_map)
+        )
+        if form.module is ros:
+            write = partial(write, periods=periods)
+        contents.append((path, write))
     write_whole(contents, force=force)
     _warn_of_chords(table)
 
@@ -271,15 +275,14 @@ def _warn_of_chords(table: Table) -> None:
 
 @contextmanager
 def _file_for(stream: object, format: str | None, task: str) -> Iterator[Path]:
-    """Give a path of the format, in a folder of its own, for what a stream holds; errors name no path."""
+    """Give a path of the format, in a folder of its own, for what a stream holds; errors hold no path."""
     suffix = suffix_of_stream(stream, format, task)
     with TemporaryDirectory() as folder:
         try:
             yield Path(folder) / f"stream{suffix}"
         except GaitgraphError as error:
-            named = reworded(error, error.message.replace(f"{folder}{os.sep}", ""))
-            named.path = None
-            raise named from error
+            error.path = None
+            raise
 
 
 def suffix_of_stream(stream: object, format: str | None, task: str) -> str:
@@ -291,11 +294,9 @@ def suffix_of_stream(stream: object, format: str | None, task: str) -> str:
         hint = "; read_table(stream, format='csv') reads one"
         raise wrong("format", "must be that of the stream", None, hint)
     suffix = f".{str(format).lower().removeprefix('.')}"
-    files = []
-    for known, form in FORMATS.items():
-        if not form.folder and (form.reads or task == "write"):
-            files.append(known)
-    checked_choice("format", suffix, files)
+    known = [form.suffix for form in _FORMATS if form.reads or task == "write"]
+    known.remove(".mcap")
+    checked_choice("format", suffix, known)
     return suffix
 
 
@@ -305,10 +306,10 @@ def _table_in(
     """Return the table that a format writes: as often as asked for, in the columns of a map."""
     if periods > 1 and form.reads and form.module is not ros:
         table = repeated(table, periods)
-    # Formats of robots state joints in their own radians, tables in the columns of the map.
-    if servo_map is not None and form.module in (ros, c_header):
-        table = mapped_table(table, servo_map.in_radians())
-    elif servo_map is not None:
+    if servo_map is not None:
+        if form.module in (ros, c_header):
+            # Formats of robots state joints in their own radians, tables in the columns of the map.
+            servo_map = servo_map.in_radians()
         table = mapped_table(table, servo_map)
     for name in form.own:
         if name in table:
@@ -399,11 +400,9 @@ def unchecked_table(
     name = name or path
     with reading(name, _WHAT), naming_file(name):
         path.stat()
-        wanted = Wanted(
-            plane_only=plane_only,
-            joints=None if joints is None else servo_map_named(joints),
-            angles=angles,
-        )
+        wanted = Wanted(plane_only=plane_only, angles=angles)
+        if joints is not None:
+            wanted = replace(wanted, joints=servo_map_named(joints))
         source = f"{_WHAT} {str(name)!r}"
         return table_of_columns(read(path), wanted, source=source)
 

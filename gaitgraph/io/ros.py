@@ -31,7 +31,7 @@ from gaitgraph.io.columns import RawTable
 from gaitgraph.io.servo_map import servos_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from rosbags.rosbag2 import Reader
@@ -42,9 +42,13 @@ if TYPE_CHECKING:
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATE = "sensor_msgs/msg/JointState"
 STRING = "std_msgs/msg/String"
-TOPICS = {STRING: "/gaitgraph", TRAJECTORY: "/joint_trajectory", STATE: "/joint_states"}
 POSE = "geometry_msgs/msg/PoseStamped"
-POSE_TOPIC = "/pose"
+TOPICS = {
+    STRING: "/gaitgraph",
+    TRAJECTORY: "/joint_trajectory",
+    STATE: "/joint_states",
+    POSE: "/pose",
+}
 
 _BAG = "a ROS 2 bag"
 _MOST_POINTS = 100_000
@@ -56,6 +60,7 @@ _LAST_SECOND = (
     2**31 - 2
 )  # seconds are whole numbers of 32 bits, and stamps begin a second later
 _SHORTEST_STEP = 2
+_NONE = np.zeros(0)
 
 
 def check_rows(table: Table, most: int, what: str) -> None:
@@ -101,21 +106,21 @@ def points_of(
             f" periods of {seconds[-1]:g} s",
         )
     once = np.rint(seconds * _NANOSECONDS).astype(np.int64)
-    times = np.concatenate(
-        [once, *(once[1:] + k * once[-1] for k in range(1, periods))]
-    )
+    begins = np.repeat(np.arange(periods), rows - 1) * once[-1]
+    times = np.append(once[:1], np.tile(once[1:], periods) + begins)
     if len(times) > 1 and np.diff(times).min() < _SHORTEST_STEP:
         raise InputError(
             f"t must have steps of at least {_SHORTEST_STEP} ns, as ROS counts nanoseconds, got less"
         )
-    found = {}
+    points = {}
     for what, names in _COLUMNS.items():
         # A controller joins positions alone by straight lines, and with velocities by cubics.
         is_stated = all(name in table for name in names)
         if what == "positions" or (table.joined_by_cubics and is_stated):
             values = np.column_stack([table[name] for name in names])
-            found[what] = np.concatenate([values, *[values[1:]] * (periods - 1)])
-    return times, found
+            again = np.tile(values[1:], (periods - 1, 1))
+            points[what] = np.concatenate([values, again])
+    return times, points
 
 
 # -- The goal of an action
@@ -132,16 +137,13 @@ def write_yaml(table: Table, path: Path, periods: int = 1) -> None:
         f"  joint_names: {json.dumps(servos_of(table).joint_names, ensure_ascii=False)}",
         "  points:",
     ]
-    for time, *values in zip(
-        times.tolist(), *(one.tolist() for one in rows.values()), strict=True
-    ):
-        fields = [
-            f"{what}: [{', '.join(map(_number, row))}]"
-            for what, row in zip(rows, values, strict=True)
-        ]
-        fields.append(
-            f"time_from_start: {{sec: {time // _NANOSECONDS}, nanosec: {time % _NANOSECONDS}}}"
-        )
+    for row, time in enumerate(times.tolist()):
+        fields = []
+        for what, values in rows.items():
+            numbers = ", ".join(map(_number, values[row].tolist()))
+            fields.append(f"{what}: [{numbers}]")
+        seconds, nanoseconds = divmod(time, _NANOSECONDS)
+        fields.append(f"time_from_start: {{sec: {seconds}, nanosec: {nanoseconds}}}")
         lines.append(f"  - {{{', '.join(fields)}}}")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -149,7 +151,9 @@ def write_yaml(table: Table, path: Path, periods: int = 1) -> None:
 def _number(value: float) -> str:
     """Return a number as YAML 1.1 reads it: an exponent without a point before it would be a text."""
     text = repr(value)
-    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+    if "." in text:
+        return text
+    return text.replace("e", ".0e")
 
 
 # -- Bags
@@ -158,92 +162,95 @@ def _number(value: float) -> str:
 def write_mcap(table: Table, path: Path, periods: int = 1) -> None:
     """Write a new folder: a bag with an MCAP file, which the library names after the folder."""
     from rosbags.rosbag2 import StoragePlugin, Writer
-    from scipy.spatial.transform import Rotation
 
     check_rows(table, _MOST_POINTS, "a ROS 2 bag")
-    times, rows = points_of(table, periods)
-    names, none = list(servos_of(table).joint_names), np.zeros(0)
+    times, stated = points_of(table, periods)
+    rows = dict.fromkeys(_COLUMNS, np.zeros((len(times), 0))) | stated
+    stamps = (times + _NANOSECONDS).tolist()
+    names = list(servos_of(table).joint_names)
     chosen = {"periods": periods, "joint_names": names}
-    made = json.dumps({**provenance_of(table), "bag": chosen}, allow_nan=False)
-    store = _store()
-
-    def message(kind: str, **fields: Any) -> Any:
-        return store.types[kind](**fields)
-
-    def moment(kind: str, time: int) -> Any:
-        return message(
-            f"builtin_interfaces/msg/{kind}",
-            sec=time // _NANOSECONDS,
-            nanosec=time % _NANOSECONDS,
-        )
-
-    def header(time: int, frame: str = "") -> Any:
-        stamp = moment("Time", time)
-        return message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
-
-    def poses() -> Iterator[Any]:
-        places = np.column_stack([table[name] for name in _PLACE])
-        turns = np.column_stack([table[name] for name in _ATTITUDE])
-        quaternions = Rotation.from_euler("ZYX", turns).as_quat()
-        for place, quaternion in zip(places.tolist(), quaternions, strict=True):
-            point = dict(zip("xyz", place, strict=True))
-            turn = dict(zip("xyzw", quaternion.tolist(), strict=True))
-            yield message(
-                "geometry_msgs/msg/Pose",
-                position=message("geometry_msgs/msg/Point", **point),
-                orientation=message("geometry_msgs/msg/Quaternion", **turn),
-            )
-
-    joined = [rows.get(what, [none] * len(times)) for what in _COLUMNS]
-    points = []
-    for time, position, rate, acceleration in zip(times.tolist(), *joined, strict=True):
-        fields = {
-            "positions": position,
-            "velocities": rate,
-            "accelerations": acceleration,
-            "effort": none,
-        }
-        points.append(
-            message(
-                f"{TRAJECTORY}Point", **fields, time_from_start=moment("Duration", time)
-            )
-        )
+    made = json.dumps(provenance_of(table) | {"bag": chosen}, allow_nan=False)
+    messages: dict[str, Iterable[Any]] = {
+        STRING: [_message(STRING, data=made)],
+        TRAJECTORY: [_trajectory(names, times, rows)],
+        STATE: _states(names, stamps, rows),
+    }
+    if all(name in table for name in _PLACE + _ATTITUDE):
+        messages[POSE] = _poses(table, stamps)
     folder = path.with_suffix("")
     with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as bag:
-        flies = all(name in table for name in (*_PLACE, *_ATTITUDE))
-        topics = TOPICS | {POSE: POSE_TOPIC} if flies else TOPICS
-        connections = {
-            kind: bag.add_connection(topic, kind, typestore=store)
-            for kind, topic in topics.items()
-        }
-
-        def write(kind: str, time: int, **fields: Any) -> None:
-            bag.write(
-                connections[kind],
-                time,
-                store.serialize_cdr(message(kind, **fields), kind),
-            )
-
-        write(STRING, _NANOSECONDS, data=made)
-        write(
-            TRAJECTORY, _NANOSECONDS, header=header(0), joint_names=names, points=points
-        )
-        for time, position, rate in zip(
-            (times + _NANOSECONDS).tolist(), *joined[:2], strict=True
-        ):
-            write(
-                STATE,
-                time,
-                header=header(time),
-                name=names,
-                position=position,
-                velocity=rate,
-                effort=none,
-            )
-        stamps = (times + _NANOSECONDS).tolist()
-        for time, pose in zip(stamps, poses() if flies else (), strict=False):
-            write(POSE, time, header=header(time, "world"), pose=pose)
+        connections = {}
+        for kind in messages:
+            topic = TOPICS[kind]
+            connections[kind] = bag.add_connection(topic, kind, typestore=_store())
+        for kind, some in messages.items():
+            for time, message in zip(stamps, some, strict=False):
+                content = _store().serialize_cdr(message, kind)
+                bag.write(connections[kind], time, content)
     folder.rename(path)
+
+
+def _trajectory(
+    names: list[str], times: npt.NDArray[np.int64], rows: dict[str, FloatArray]
+) -> Any:
+    points = []
+    for row, time in enumerate(times.tolist()):
+        point = _message(
+            f"{TRAJECTORY}Point",
+            positions=rows["positions"][row],
+            velocities=rows["velocities"][row],
+            accelerations=rows["accelerations"][row],
+            effort=_NONE,
+            time_from_start=_moment("Duration", time),
+        )
+        points.append(point)
+    header = _header(0)
+    return _message(TRAJECTORY, header=header, joint_names=names, points=points)
+
+
+def _states(
+    names: list[str], stamps: list[int], rows: dict[str, FloatArray]
+) -> Iterator[Any]:
+    for row, time in enumerate(stamps):
+        yield _message(
+            STATE,
+            header=_header(time),
+            name=names,
+            position=rows["positions"][row],
+            velocity=rows["velocities"][row],
+            effort=_NONE,
+        )
+
+
+def _poses(table: Table, stamps: list[int]) -> Iterator[Any]:
+    from scipy.spatial.transform import Rotation
+
+    turns = np.column_stack([table[name] for name in _ATTITUDE])
+    quaternions = Rotation.from_euler("ZYX", turns).as_quat().tolist()
+    for row, (time, quaternion) in enumerate(zip(stamps, quaternions, strict=False)):
+        place = {name: float(table[name][row]) for name in _PLACE}
+        turn = dict(zip("xyzw", quaternion, strict=True))
+        pose = _message(
+            "geometry_msgs/msg/Pose",
+            position=_message("geometry_msgs/msg/Point", **place),
+            orientation=_message("geometry_msgs/msg/Quaternion", **turn),
+        )
+        yield _message(POSE, header=_header(time, "world"), pose=pose)
+
+
+def _header(time: int, frame: str = "") -> Any:
+    stamp = _moment("Time", time)
+    return _message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+
+def _moment(kind: str, time: int) -> Any:
+    seconds, nanoseconds = divmod(time, _NANOSECONDS)
+    name = f"builtin_interfaces/msg/{kind}"
+    return _message(name, sec=seconds, nanosec=nanoseconds)
+
+
+def _message(kind: str, **fields: Any) -> Any:
+    return _store().types[kind](**fields)
 
 
 @cache
@@ -266,132 +273,121 @@ def read_mcap(path: Path) -> RawTable:
     about: dict[str, Any] = {}
     chosen: dict[str, Any] = {}  # the options that a bag of ours was written with
     with library(_BAG), Reader(path) as bag:
-        for _, message in _messages(bag, STRING, [TOPICS[STRING]])[:1]:
-            about = about_from_text(message.data, required=True)
-            stated = json.loads(message.data).get("bag")
-            chosen = stated if isinstance(stated, dict) else {}
-        recorded = _recorded(bag, chosen)
-    return RawTable(columns=_columns(*recorded, chosen), about=about, angle_texts=True)
+        texts = _messages(bag, STRING, TOPICS[STRING])
+        if texts:
+            text = texts[0][1].data
+            about = about_from_text(text, required=True)
+            stated = json.loads(text).get("bag")
+            if isinstance(stated, dict):
+                chosen = stated
+        names, times, rows = _recorded(bag, chosen.get("periods"))
+    start = times[0]
+    seconds = [(time - start) / _NANOSECONDS for time in times]
+    columns: dict[str, Any] = {"t": np.array(seconds)}
+    columns |= _columns(names, rows, chosen.get("joint_names"))
+    return RawTable(columns=columns, about=about, angle_texts=True)
 
 
-def _messages(bag: Reader, kind: str, topics: list[str]) -> list[tuple[int, Any]]:
-    """Return the messages of a kind in some topics, each with the time of its record [ns]."""
+def _messages(bag: Reader, kind: str, topic: str) -> list[tuple[int, Any]]:
+    """Return the messages of a kind in a topic, which may be recorded several times, with the times of their records [ns]."""
     connections = [
-        one for one in bag.connections if one.msgtype == kind and one.topic in topics
+        connection
+        for connection in bag.connections
+        if (connection.msgtype, connection.topic) == (kind, topic)
     ]
+    messages: list[tuple[int, Any]] = []
     if not connections:  # which would mean all
-        return []
-    return [
-        (time, _store().deserialize_cdr(content, kind))
-        for _, time, content in bag.messages(connections)
-    ]
+        return messages
+    for _, time, content in bag.messages(connections):
+        messages.append((time, _store().deserialize_cdr(content, kind)))
+    return messages
 
 
 def _recorded(
-    bag: Reader, chosen: dict[str, Any]
-) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Return names of joints, and rows of time [ns], positions, velocities and accelerations, of a bag.
+    bag: Reader, periods: object
+) -> tuple[list[str], list[int], dict[str, list[FloatArray]]]:
+    """Return names of joints, times [ns], and positions, velocities and accelerations of a bag.
 
     They are those of its JointTrajectory, of our own one period, else of its JointStates, all periods, by the time of
-    their records if none is stamped. A topic may be recorded several times; the usual one of several counts.
+    their records if none is stamped.
     """
-
-    def nanoseconds(one: Any) -> int:
-        return int(one.sec * _NANOSECONDS + one.nanosec)
-
-    for kind, topic in [(TRAJECTORY, TOPICS[TRAJECTORY]), (STATE, TOPICS[STATE])]:
-        topics = sorted({one.topic for one in bag.connections if one.msgtype == kind})
-        if len(topics) > 1 and topic not in topics:
-            raise wrong(
-                f"topics of {kind}",
-                f"must be one, or {topic} among them",
-                topics,
-                got=", ".join(topics),
-                field="topics",
-            )
-        topics = [topic] if len(topics) > 1 else topics
-        messages = _messages(bag, kind, topics)
-        if not messages:
-            continue
-        first = messages[0][1]
-        if kind == STATE:
-            if any(message.name != first.name for _, message in messages):
-                raise wrong(
-                    "joints",
-                    "must be the same in all messages",
-                    first.name,
-                    got=f"others after {shown(first.name)}",
-                )
-            stamped = nanoseconds(first.header.stamp) > 0
-            return first.name, [
-                (
-                    nanoseconds(one.header.stamp) if stamped else time,
-                    one.position,
-                    one.velocity,
-                )
-                for time, one in messages
-            ]
-        if len(messages) > 1 or not first.points:
-            got = f"{len(messages)}, the first of {len(first.points)} points"
-            raise wrong(
-                f"topic {topics[0]!r}",
-                "must have one message, with points",
-                topics[0],
-                got=got,
-                field="topics",
-            )
-        points, periods = first.points, chosen.get("periods")
-        if (
-            isinstance(periods, int)
-            and periods > 0
-            and (len(points) - 1) % periods == 0
-        ):
-            points = points[: (len(points) - 1) // periods + 1]
-        return first.joint_names, [
-            (
-                nanoseconds(one.time_from_start),
-                one.positions,
-                one.velocities,
-                one.accelerations,
-            )
-            for one in points
-        ]
+    topic = _topic_of(bag, TRAJECTORY)
+    messages = _messages(bag, TRAJECTORY, topic)
+    if messages:
+        trajectory = messages[0][1]
+        points = trajectory.points
+        if len(messages) > 1 or not points:
+            got = f"{len(messages)}, the first of {len(points)} points"
+            rule = "must have one message, with points"
+            raise wrong(f"topic {topic!r}", rule, topic, got=got, field="topics")
+        last = len(points) - 1
+        if isinstance(periods, int) and periods > 0 and last % periods == 0:
+            points = points[: last // periods + 1]
+        times = [_nanoseconds(point.time_from_start) for point in points]
+        rows = {what: [getattr(point, what) for point in points] for what in _COLUMNS}
+        return trajectory.joint_names, times, rows
+    messages = _messages(bag, STATE, _topic_of(bag, STATE))
+    if messages:
+        states = [state for _, state in messages]
+        names = states[0].name
+        if any(state.name != names for state in states):
+            got = f"others after {shown(names)}"
+            raise wrong("joints", "must be the same in all messages", names, got=got)
+        times = [_nanoseconds(state.header.stamp) for state in states]
+        if times[0] <= 0:
+            times = [time for time, _ in messages]
+        positions = [state.position for state in states]
+        velocities = [state.velocity for state in states]
+        return names, times, {"positions": positions, "velocities": velocities}
     there = sorted({f"{one.topic} ({one.msgtype})" for one in bag.connections})
-    listed = ", ".join(there[:8]) + (" …" if len(there) > 8 else "") or "none"
-    raise wrong(
-        "topics", f"must have messages of {TRAJECTORY} or {STATE}", there, got=listed
-    )
+    listed = ", ".join(there[:8]) or "none"
+    if len(there) > 8:
+        listed += " …"
+    rule = f"must have messages of {TRAJECTORY} or {STATE}"
+    raise wrong("topics", rule, there, got=listed)
+
+
+def _nanoseconds(moment: Any) -> int:
+    return int(moment.sec * _NANOSECONDS + moment.nanosec)
+
+
+def _topic_of(bag: Reader, kind: str) -> str:
+    """Return the topic of a kind of messages: the usual one of several."""
+    topics = sorted({one.topic for one in bag.connections if one.msgtype == kind})
+    usual = TOPICS[kind]
+    if len(topics) == 1:
+        return topics[0]
+    if topics and usual not in topics:
+        rule = f"must be one, or {usual} among them"
+        got = ", ".join(topics)
+        raise wrong(f"topics of {kind}", rule, topics, got=got, field="topics")
+    return usual
 
 
 def _columns(
-    names: list[str], rows: list[tuple[Any, ...]], chosen: dict[str, Any]
-) -> dict[str, Any]:
-    """Return columns in the order of the rotors, with time from 0, of rows as :func:`_recorded` returns them."""
+    names: list[str], rows: dict[str, list[FloatArray]], joint_names: object
+) -> dict[str, FloatArray]:
+    """Return angles and their derivatives in the order of the rotors."""
     if len(set(names)) < len(names):
         raise wrong("joints", "must have names that differ", names)
-    order = list(range(len(ANGLES)))
-    for known in (chosen.get("joint_names"), list(ANGLES)):
-        if (
-            isinstance(known, list)
-            and len(known) == len(ANGLES)
-            and all(name in names for name in known)
-        ):
+    own = joint_names if isinstance(joint_names, list) else []
+    order = [0, 1, 2, 3]
+    for known in (own, list(ANGLES)):
+        if len(known) == len(ANGLES) and all(name in names for name in known):
             order = [names.index(name) for name in known]
             break
     else:
         if len(names) != len(ANGLES):
             raise wrong("joints", "must be four, or alpha1 to alpha4 among them", names)
-    times, *groups = zip(*rows, strict=True)
-    found: dict[str, Any] = {
-        "t": np.array([(time - times[0]) / _NANOSECONDS for time in times])
-    }
-    for (what, columns), values in zip(_COLUMNS.items(), groups, strict=False):
-        if what == "positions" or any(map(len, values)):
-            for k, row in enumerate(values, start=1):
-                if len(row) != len(names):
-                    rule = f"must have {len(names)} {what}, one a joint"
-                    raise wrong(f"row {k}", rule, len(row), field=what, row=k)
-            found |= zip(
-                columns, np.array(values, dtype=float)[:, order].T, strict=True
-            )
-    return found
+    columns = {}
+    for what, values in rows.items():
+        if what != "positions" and not any(map(len, values)):
+            continue
+        for number, row in enumerate(values, start=1):
+            if len(row) != len(names):
+                rule = f"must have {len(names)} {what}, one a joint"
+                raise wrong(f"row {number}", rule, len(row), field=what, row=number)
+        by_joint = np.array(values, dtype=float).T
+        for name, joint in zip(_COLUMNS[what], order, strict=True):
+            columns[name] = by_joint[joint]
+    return columns

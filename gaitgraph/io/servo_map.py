@@ -133,11 +133,11 @@ class Joint(Record):
         )
         must("sign", number_of(self.sign) in (1, -1), "1 or −1")
         must("zero", math.isfinite(number_of(self.zero)), "a finite angle (rad)")
-        for one in fields(self):
-            if one.name in (("limits",) if is_pulses else _OF_PULSES):
+        for field in fields(self):
+            if field.name in self._of_other_units:
                 must(
-                    one.name,
-                    getattr(self, one.name) in (None, one.default),
+                    field.name,
+                    getattr(self, field.name) in (None, field.default),
                     f"left out for the unit {self.unit!r}",
                 )
         if is_pulses:
@@ -168,14 +168,21 @@ class Joint(Record):
             )
 
     @property
+    def _of_other_units(self) -> tuple[str, ...]:
+        """The fields that its unit does not have."""
+        if self.unit == "us":
+            return ("limits",)
+        return _OF_PULSES
+
+    @property
     def per_radian(self) -> float:
         """Units of the column in one radian."""
         if self.unit == "normalized":
             low, high = _pair(self.limits)
             return 2.0 / (high - low)
-        return {"rad": 1.0, "deg": math.degrees(1.0), "us": self.us_per_rad or 0.0}[
-            self.unit
-        ]
+        if self.unit == "deg":
+            return math.degrees(1.0)
+        return self.us_per_rad or 1.0
 
     @property
     def at_zero(self) -> float:
@@ -183,7 +190,9 @@ class Joint(Record):
         if self.unit == "normalized":
             low, high = _pair(self.limits)
             return -(low + high) / (high - low)
-        return self.neutral_us if self.unit == "us" else 0.0
+        if self.unit == "us":
+            return self.neutral_us
+        return 0.0
 
     @property
     def has_rates(self) -> bool:
@@ -221,18 +230,16 @@ class Joint(Record):
         else:
             low, high = low * self.per_radian, high * self.per_radian
         if self.linkage is not None:
-            least, most = sorted(
-                float(self.value_of(self.linkage[end][1])) for end in (0, -1)
-            )
+            ends = [self.linkage[0][1], self.linkage[-1][1]]
+            least, most = sorted(map(float, map(self.value_of, ends)))
             low, high = max(low, least), min(high, most)
         return low, high
 
     def value_of(self, tilt: Any) -> Any:
         """Return the values of the column, in its unit, at tilt angles α [rad], whatever the limits."""
-        if self.linkage is None:
-            turn = tilt
-        else:
-            turn = linked(self.linkage, tilt, to_servo=True)[0]
+        turn = tilt
+        if self.linkage is not None:
+            turn, _ = linked(self.linkage, tilt, to_servo=True)
         return self.at_zero + self.per_radian * (self.sign * turn + self.zero)
 
     def angle_of(self, value: Any) -> Any:
@@ -244,14 +251,15 @@ class Joint(Record):
     def tilt_of(self, value: Any) -> Any:
         """Return the tilt angle α [rad] of values of the column: the inverse of :meth:`value_of`."""
         turn = self.sign * (self.angle_of(value) - self.zero)
-        return turn if self.linkage is None else linked(self.linkage, turn)[0]
+        if self.linkage is None:
+            return turn
+        return linked(self.linkage, turn)[0]
 
     def slope_at(self, tilt: Any) -> Any:
         """Return by what derivatives of the column exceed those of α, at tilt angles α [rad]."""
-        if self.linkage is None:
-            slope = 1.0
-        else:
-            slope = linked(self.linkage, tilt, to_servo=True)[1]
+        slope: Any = 1.0
+        if self.linkage is not None:
+            _, slope = linked(self.linkage, tilt, to_servo=True)
         return self.sign * self.per_radian * slope
 
     def is_beyond(self, values: FloatArray) -> npt.NDArray[np.bool_]:
@@ -262,7 +270,7 @@ class Joint(Record):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the fields that its unit has, as plain values."""
-        return _stated(self, ("limits",) if self.unit == "us" else _OF_PULSES)
+        return _stated(self, self._of_other_units)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -308,39 +316,26 @@ class ServoMap(Record):
             self.first_rotor_spin in (None, *get_args(Spin)),
             " or ".join(get_args(Spin)),
         )
-        if self.first_arm_angle is None:
-            turned = 0.0
-        else:
-            turned = number_of(self.first_arm_angle)
-        must("first_arm_angle", math.isfinite(turned), "a finite angle (rad)")
+        if self.first_arm_angle is not None:
+            is_finite = math.isfinite(number_of(self.first_arm_angle))
+            must("first_arm_angle", is_finite, "a finite angle (rad)")
         must("joints", isinstance(self.joints, tuple), "a tuple of joints")
-        for what, names in (
-            ("rotors", [joint.rotor for joint in self.joints]),
-            ("names of joints", self.joint_names),
-            ("columns", (*self.columns, *TEXTS)),
-        ):
-            if len(set(names)) < len(names):
-                raise wrong(
-                    f"servos: {what}",
-                    "must all differ",
-                    names,
-                    got=", ".join(map(str, names)),
-                    field="joints",
-                )
+        rotors = tuple(joint.rotor for joint in self.joints)
+        _check_different("rotors", rotors)
+        _check_different("names of joints", self.joint_names)
+        _check_different("columns", self.columns + TEXTS)
         must("joints", len(self.joints) == len(ANGLES), "four, one on each rotor")
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of a table: time, joints, rates and accelerations of joints in rad or deg, thrusts of their rotors."""
-        derived = (
-            joint.column + end
-            for end in _DERIVATIVES
-            for joint in self.joints
-            if joint.has_rates
-        )
-        thrusts = (joint.name + _THRUST for joint in self.joints)
-        joints = (joint.column for joint in self.joints)
-        return (self.time, *joints, *derived, *thrusts)
+        columns = [self.time]
+        columns += [joint.column for joint in self.joints]
+        with_rates = [joint for joint in self.joints if joint.has_rates]
+        for end in _DERIVATIVES:
+            columns += [joint.column + end for joint in with_rates]
+        columns += [joint.name + _THRUST for joint in self.joints]
+        return tuple(columns)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -351,18 +346,18 @@ class ServoMap(Record):
         """Return the same joints as alpha1 to alpha4, in their order [rad], for formats that name joints themselves."""
         joints = []
         for column, joint in zip(ANGLES, self.joints, strict=True):
-            low, high = (float(joint.angle_of(value)) for value in joint.bounds)
-            stated = {
-                one: getattr(joint, one)
-                for one in ("name", "rotor", "sign", "zero", "linkage")
-            }
-            joints.append(
-                Joint(
-                    **stated,
-                    column=column,
-                    limits=None if math.isinf(low) else (low, high),
-                )
+            low, high = map(float, map(joint.angle_of, joint.bounds))
+            in_radians = Joint(
+                name=joint.name,
+                rotor=joint.rotor,
+                column=column,
+                sign=joint.sign,
+                zero=joint.zero,
+                linkage=joint.linkage,
             )
+            if math.isfinite(low):
+                in_radians = replace(in_radians, limits=(low, high))
+            joints.append(in_radians)
         return replace(self, joints=tuple(joints), time="t", time_unit="s")
 
     def linked_to(self, vehicle: VehicleLike) -> ServoMap:
@@ -370,11 +365,10 @@ class ServoMap(Record):
         vehicle = vehicle_named(vehicle)
         if vehicle.linkage is None:
             return self
-        each = vehicle.linkages
-        joints = (
-            replace(one, linkage=one.linkage or each[one.rotor - 1])
-            for one in self.joints
-        )
+        joints = []
+        for joint in self.joints:
+            of_arm = vehicle.linkages[joint.rotor - 1]
+            joints.append(replace(joint, linkage=joint.linkage or of_arm))
         return replace(self, joints=tuple(joints))
 
     def check_vehicle(self, vehicle: VehicleLike) -> None:
@@ -388,16 +382,15 @@ class ServoMap(Record):
         spin = vehicle.first_rotor_spin
         turned = vehicle.first_arm_angle
         if self.first_rotor_spin not in (None, spin):
-            fit = ", ".join(
-                name
-                for name, (_, _, meant) in PRESETS.items()
-                if meant.get("first_rotor_spin") == spin
-            )
+            fitting = []
+            for name, (_, _, meant_for) in PRESETS.items():
+                if meant_for.get("first_rotor_spin") == spin:
+                    fitting.append(name)
             raise wrong(
                 who,
                 f"must have rotor 1 {self.first_rotor_spin}",
                 spin,
-                f"; presets for it are {fit}",
+                f"; presets for it are {', '.join(fitting)}",
                 got=spin,
                 field="servos",
             )
@@ -416,12 +409,10 @@ class ServoMap(Record):
         """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
         for name in self.columns[:5]:
             if name not in names and name != "t":
-                near = [
-                    f": for {one!r} did you mean {name!r}?"
-                    for one in names
-                    if did_you_mean(one, [name])
-                ]
-                there = near[0] if near else f"; there are {shown(', '.join(names))}"
+                there = f"; there are {shown(', '.join(names))}"
+                near = [other for other in names if did_you_mean(other, [name])]
+                if near:
+                    there = f": for {near[0]!r} did you mean {name!r}?"
                 raise InputError(
                     f"servos {self.name!r}: column {name!r} is missing{there}",
                     field=name,
@@ -429,35 +420,24 @@ class ServoMap(Record):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the map as plain values; read back by :func:`servo_map_from_mapping`."""
-        return {
-            **_stated(self, ("joints",)),
-            "joint": [joint.as_mapping() for joint in self.joints],
-        }
+        stated = _stated(self, ("joints",))
+        stated["joint"] = [joint.as_mapping() for joint in self.joints]
+        return stated
 
 
 def _stated(record: Joint | ServoMap, without: tuple[str, ...]) -> dict[str, Any]:
     """Return the fields of a record that are not None, with lists for pairs."""
-    found = {
-        one.name: getattr(record, one.name)
-        for one in fields(record)
-        if one.name not in without
-    }
-    return {
-        name: list(one) if isinstance(one, tuple) else one
-        for name, one in found.items()
-        if one is not None
-    }
+    stated = {}
+    for field in fields(record):
+        value = getattr(record, field.name)
+        if value is not None and field.name not in without:
+            stated[field.name] = list(value) if isinstance(value, tuple) else value
+    return stated
 
 
 _JOINT_FIELDS = tuple(one.name for one in fields(Joint))
-_SHARED_FIELDS = tuple(
-    name for name in _JOINT_FIELDS if name not in ("name", "rotor", "column")
-)
-_MAP_FIELDS = (
-    "preset",
-    *(one.name for one in fields(ServoMap) if one.name != "joints"),
-    "joint",
-)
+_SHARED_FIELDS = _JOINT_FIELDS[3:]  # without name, rotor and column
+_MAP_FIELDS = tuple(one.name for one in fields(ServoMap) if one.name != "joints")
 
 
 def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
@@ -471,7 +451,8 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
     >>> stated.joints[0].column, servo_map_from_mapping(stated.as_mapping()) == stated
     ('tilt1_us', True)
     """
-    check_fields("servos", stated, (*_MAP_FIELDS, *_SHARED_FIELDS))
+    known = ("preset", *_MAP_FIELDS, "joint")
+    check_fields("servos", stated, known + _SHARED_FIELDS)
     preset = stated.get("preset", "paper")
     if not isinstance(preset, str) or preset not in PRESETS:
         allowed = f"a preset ({', '.join(PRESETS)}) or a .toml file"
@@ -483,19 +464,18 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
     if not isinstance(own, (list, tuple)) or len(own) != 4:
         raise wrong("joint", "must be four tables [[joint]], one on each rotor", own)
     joints = []
-    for number, (rotor, one) in enumerate(zip(rotors, own, strict=True), start=1):
-        check_fields(f"joint {number}", one, _JOINT_FIELDS)
-        shared = {name: stated[name] for name in _SHARED_FIELDS if name in stated}
-        values = {"name": f"{stem}{number}", "rotor": rotor, **shared, **one}
-        column = f"{values['name']}{_UNITS.get(str(values.get('unit')), ('',))[0]}"
-        joints.append(
-            Joint(**_parsed(values) | {"column": values.get("column") or column})
-        )
-    if any("rotor" in one for one in own):
+    shared = {name: stated[name] for name in _SHARED_FIELDS if name in stated}
+    for number, (rotor, of_joint) in enumerate(zip(rotors, own, strict=True), start=1):
+        check_fields(f"joint {number}", of_joint, _JOINT_FIELDS)
+        joint = {"name": f"{stem}{number}", "rotor": rotor} | shared | of_joint
+        if not joint.get("column"):
+            ending, _ = _UNITS.get(str(joint.get("unit")), ("", ""))
+            joint["column"] = f"{joint['name']}{ending}"
+        joints.append(Joint(**_parsed(joint)))
+    if any("rotor" in of_joint for of_joint in own):
         meant_for = {}  # an order of the user's own is for the user's vehicle, not for the preset's
-    values = {"name": preset, **meant_for} | {
-        name: stated[name] for name in _MAP_FIELDS[1:-1] if name in stated
-    }
+    values = {"name": preset} | meant_for
+    values |= {name: stated[name] for name in _MAP_FIELDS if name in stated}
     if values.get("first_arm_angle") is not None:
         values["first_arm_angle"] = angle_from_text(
             values["first_arm_angle"], "first_arm_angle"
@@ -506,10 +486,10 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
 def _parsed(joint: dict[str, Any]) -> dict[str, Any]:
     """Return the fields of a joint with texts as numbers and pairs; :class:`Joint` refuses what is left."""
     who = f"joint {shown(joint['name'])}"
-    parsed = {
-        name: tuple(value) if isinstance(value, list) else value
-        for name, value in joint.items()
-    }
+    parsed = dict(joint)
+    for name, value in joint.items():
+        if isinstance(value, list):
+            parsed[name] = tuple(value)
     if "zero" in parsed:
         parsed["zero"] = angle_from_text(parsed["zero"], f"{who}: zero")
     if parsed.get("linkage") is not None:
@@ -528,6 +508,14 @@ def _must(
     if not holds:
         value = getattr(record, name)
         raise wrong(f"{who}: {name}", f"must be {allowed}", value, field=name)
+
+
+def _check_different(what: str, names: tuple[object, ...]) -> None:
+    if len(set(names)) < len(names):
+        got = ", ".join(map(str, names))
+        raise wrong(
+            f"servos: {what}", "must all differ", names, got=got, field="joints"
+        )
 
 
 def _is_name(value: object) -> bool:
@@ -608,12 +596,14 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
     if THRUSTS[0] in table:
         for joint in servo_map.joints:
             columns[joint.name + _THRUST] = table[THRUSTS[joint.rotor - 1]]
-    about = {**table.about, "servos": servo_map.as_mapping()}
+    about = table.about | {"servos": servo_map.as_mapping()}
     rounding = table.rounding + max(joint.rounding for joint in servo_map.joints)
     if rounding:
         about["angle_rounding"] = rounding
     mapped = Table(columns=columns, about=about)
-    return mapped if table.motion is None else mapped.with_motion(table.motion)
+    if table.motion is None:
+        return mapped
+    return mapped.with_motion(table.motion)
 
 
 def _positions(table: Table, joint: Joint, servo_map: ServoMap) -> FloatArray:
@@ -658,11 +648,12 @@ def clipped_table(table: Table, servo_map: ServoMap) -> Table:
 def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:
     """Return how many rows of a gait table lie beyond each joint's limits; joints within theirs are left out."""
     joints = servo_map.linked_to(surface_of(table)[0]).joints
-    beyond = {
-        joint.name: int(joint.is_beyond(_values(table, joint)).sum())
-        for joint in joints
-    }
-    return {name: count for name, count in beyond.items() if count}
+    counts = {}
+    for joint in joints:
+        count = int(joint.is_beyond(_values(table, joint)).sum())
+        if count:
+            counts[joint.name] = count
+    return counts
 
 
 def _values(table: Table, joint: Joint) -> FloatArray:
@@ -741,7 +732,7 @@ def digits_from_joints(
     for joint in servo_map.joints:
         tilts = joint.tilt_of(columns[joint.column])
         unit = 1.0 / float(np.abs(joint.slope_at(tilts)).min())
-        groups = {"": ANGLES, **_DERIVATIVES}
+        groups = {"": ANGLES} | _DERIVATIVES
         for end, names in groups.items():
             if joint.column + end in columns:
                 decimals = digits_of(columns[joint.column + end]).decimals

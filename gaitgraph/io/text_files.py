@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 
 from gaitgraph.errors import InputError, shown, wrong
-from gaitgraph.files import text_of, value_from_json
+from gaitgraph.files import value_from_json
 from gaitgraph.gait.table import (
     ANGLES,
     checked_about,
     provenance_of,
     provenance_text,
 )
-from gaitgraph.io.columns import MADE_BY, RawTable, about_of_column, named_columns
+from gaitgraph.io.columns import MADE_BY, RawTable, named_columns, taken_about
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.forms import FloatArray
 
-_WHAT = "gait file"
 _AT_ONCE = 16_384  # rows, as objects of Python
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
 _SHARED = ("vehicle", "coefficients", "period", "law")
@@ -47,15 +46,10 @@ def read_csv(path: Path) -> RawTable:
     if numbers is not None and numbers.shape[1] == len(names):
         return RawTable(columns=named_columns(names, numbers.T))
     rows = _rows_of(body, len(names), line)
-    texts = ([row[k] for row in rows] for k in range(len(names)))
-    columns = named_columns(names, texts)
-    about = None
-    if rows and MADE_BY in columns:
-        about = about_of_column(columns[MADE_BY])
-    if about is None:
-        return RawTable(columns=columns)
-    del columns[MADE_BY]
-    return RawTable(columns=columns, about=about)
+    if not rows:
+        return RawTable(columns=named_columns(names, [()] * len(names)))
+    columns = named_columns(names, zip(*rows, strict=True))
+    return RawTable(columns=columns, about=taken_about(columns))
 
 
 def _names_of(stream: TextIO) -> tuple[list[str], int]:
@@ -127,9 +121,14 @@ def write_csv(table: Table, path: Path) -> None:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow([*table.columns, MADE_BY])
         for start in range(0, len(table), _AT_ONCE):
-            some = table.rows(start, start + _AT_ONCE).columns.values()
-            columns = [np.asarray(values).tolist() for values in some]
+            columns = [_values(column, start) for column in table.columns.values()]
             writer.writerows(zip(*columns, made_by, strict=False))
+
+
+def _values(column: Any, start: int) -> list[Any]:
+    """Return some values of a column as numbers and texts of Python, from a row on."""
+    some: list[Any] = np.asarray(column[start : start + _AT_ONCE]).tolist()
+    return some
 
 
 _JSON = "it must be an object of columns, a list of rows, or a plan"
@@ -137,7 +136,7 @@ _JSON = "it must be an object of columns, a list of rows, or a plan"
 
 def read_json(path: Path) -> RawTable:
     """Return the columns in a JSON file: of columns (beside or around them what made them), of rows, or of a plan."""
-    content = value_from_json(text_of(path, _WHAT), _JSON)
+    content = value_from_json(path.read_text(encoding="utf-8-sig"), _JSON)
     if isinstance(content, list):
         return RawTable(columns=_columns_of_rows(content), angle_texts=True)
     if not isinstance(content, dict):
@@ -154,14 +153,18 @@ def read_json(path: Path) -> RawTable:
 
 
 def _columns_of_rows(rows: list[Any]) -> dict[str, Any]:
+    columns: dict[str, Any] = {}
     for number, row in enumerate(rows, start=1):
-        if not isinstance(row, dict) or row.keys() != rows[0].keys():
+        if number == 1 and isinstance(row, dict):
+            columns = {name: [] for name in row}
+        if not isinstance(row, dict) or row.keys() != columns.keys():
             rule = "must be an object with the fields of row 1"
             raise wrong(
                 f"row {number}", rule, row, f"; {_JSON}", field="columns", row=number
             )
-    names = rows[0] if rows else ()
-    return {name: [row[name] for row in rows] for name in names}
+        for name, value in row.items():
+            columns[name].append(value)
+    return columns
 
 
 def _columns_of_plan(content: dict[str, Any]) -> RawTable:
@@ -169,18 +172,21 @@ def _columns_of_plan(content: dict[str, Any]) -> RawTable:
     if content.get("status") == "infeasible":
         raise InputError(f"it holds a plan without a gait: {content.get('reason')}")
     path, colors = content["path"], content.get("colors", [])
-    is_path = isinstance(path, list) and bool(path)
-    if not is_path or any(not isinstance(row, list) or len(row) != 4 for row in path):
+    rows = path if isinstance(path, list) else []
+    are_rows = [isinstance(row, list) and len(row) == 4 for row in rows]
+    if not rows or not all(are_rows):
         raise wrong("path", "must be a list of [alpha1, alpha2, alpha3, alpha4]", path)
     if not isinstance(colors, list):
         raise wrong("colors", "must be a list of 'red' and 'blue'", colors)
-    columns: dict[str, Any] = dict(zip(ANGLES, zip(*path, strict=True), strict=True))
+    columns: dict[str, Any] = dict(zip(ANGLES, zip(*rows, strict=True), strict=True))
     if colors:
         columns["color"] = colors
     about: dict[str, Any] = {}
     request = content.get("request")
     if isinstance(request, dict):
-        about = {name: request[name] for name in _SHARED if name in request}
+        for name in _SHARED:
+            if name in request:
+                about[name] = request[name]
         if about:
             about["request"] = request
     if "crossing_tolerance" in content:
@@ -208,8 +214,7 @@ def _write_list(values: Any, stream: TextIO) -> None:
     """Write the values of a column as a list of JSON, in pieces."""
     stream.write("[")
     for start in range(0, len(values), _AT_ONCE):
-        some = np.asarray(values[start : start + _AT_ONCE]).tolist()
-        text = json.dumps(some, allow_nan=False)
+        text = json.dumps(_values(values, start), allow_nan=False)
         if start:
             stream.write(", ")
         stream.write(text[1:-1])  # without its brackets
