@@ -88,20 +88,18 @@ FORMAT = "gaitgraph gait table"
 _DEEPEST = 100
 _ULPS = 2e-15  # of times computed again, as a share of the latest one
 _OF_GAITS = ("corners", "rounding", "law", "request")  # statements of a closed gait
-_UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
-_UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
-_UNITS |= dict.fromkeys(THRUSTS, "N")
-# Columns that a flight adds, see gaitgraph.flight.flight.
-_UNITS |= dict.fromkeys(("x", "y", "z", "x_wanted", "y_wanted", "z_wanted"), "m")
-_UNITS |= dict.fromkeys(("roll", "pitch", "yaw", "roll_wanted", "pitch_wanted"), "rad")
-_UNITS |= dict.fromkeys(("x_rate", "y_rate", "z_rate"), "m/s") | dict.fromkeys(
-    ("saturated", "nearness"), "1"
-)
-_UNITS |= {f"body_rate_{axis}": "rad/s" for axis in "xyz"}
-# Columns of a basin, see gaitgraph.flight.basins.
-_UNITS |= {"begin": "s", "seconds": "s"} | dict.fromkeys(
-    ("eta", "peak_share", "acceptable", "same_side"), "1"
-)
+_IN_UNITS = {
+    "s": ("t", "begin", "seconds"),
+    "rad": (*ANGLES, "roll", "pitch", "yaw", "roll_wanted", "pitch_wanted"),
+    "rad/s": (*RATES, "body_rate_x", "body_rate_y", "body_rate_z"),
+    "rad/s^2": ACCELERATIONS,
+    "N": THRUSTS,
+    "m": ("x", "y", "z", "x_wanted", "y_wanted", "z_wanted"),
+    "m/s": ("x_rate", "y_rate", "z_rate"),
+    "1": ("R", "saturated", "nearness", "eta", "peak_share", "acceptable", "same_side"),
+}
+"""The columns of gait tables, flights and basins, by their units."""
+_UNITS = {name: unit for unit, names in _IN_UNITS.items() for name in names}
 _DERIVED = {"": "", "_rate": "/s", "_acceleration": "/s^2"}
 
 

@@ -55,8 +55,10 @@ if TYPE_CHECKING:
 _NODES = 2000  # twice as many gain less than 0.05 % of the period
 _NODES_UNDER_JERK = 300  # a programme then takes a tenth of a second
 _MOST_NODES_UNDER_JERK = 5000  # with more, programmes take minutes
-_CORRECTIONS = 4  # after which limits at nodes are lowered no more
-_ENOUGH = 1e-5  # stretch of time that is not worth another correction
+# How often limits at nodes are lowered: without it periods of 30 random gaits were up to 0.09 % longer, after the first
+# time 0.002 %, and a third time changed none. A stretch of time up to the second number is not worth another time.
+_CORRECTIONS = 4
+_ENOUGH = 1e-5
 _STILL = 1e-12  # extent of an angle that does not move [rad]
 _ALONG_SHEET = "under the jerk limit each leg runs along its curved sheet by the law 'smooth': others may be faster"
 _ROUND_OFF = 1e-12  # share by which time is stretched more than the peaks ask for
