@@ -140,21 +140,22 @@ def _without_acceleration(rate: Limit, servo_lag: Each | None) -> InputError:
     """Return the error of limits without an acceleration; it proposes the rate over the slowest servo's time constant."""
     lags = np.array([number_of(lag) for lag in four_of(servo_lag)])
     rates = Limits(rate=rate, acceleration=1.0).rate
-    in_python = " (rate over servo_lag)"
-    in_shell = " (--max-rate over --servo-lag)"
+    stated = "state max_tilt_acceleration in the vehicle, or use"
+    unknown = "if it is not known, take the rate over the servo's time constant"
+    advice = Advice(
+        f"{stated} Limits(acceleration=…); {unknown} (rate over servo_lag)",
+        f"{stated} --max-acceleration; {unknown} (--max-rate over --servo-lag)",
+    )
     if rates is not None and (rates > 0).all() and (lags > 0).all():
         joint = int(np.argmin(rates / lags))
         quotient = f"{figure(rates[joint])} rad/s over {lags[joint]:g} s"
         proposed = f"{rates[joint] / lags[joint]:.3g}"
-        in_python = f": {quotient}, acceleration={proposed}"
-        in_shell = f": {quotient}, --max-acceleration {proposed}"
-    stated = "state max_tilt_acceleration in the vehicle, or use"
-    unknown = "if it is not known, take the rate over the servo's time constant"
+        advice = Advice(
+            f"{stated} Limits(acceleration=…); {unknown}: {quotient}, acceleration={proposed}",
+            f"{stated} --max-acceleration; {unknown}: {quotient}, --max-acceleration {proposed}",
+        )
     return InputError(
         "limits must have an acceleration or a jerk, got neither",
         field="limits",
-        advice=Advice(
-            f"{stated} Limits(acceleration=…); {unknown}{in_python}",
-            f"{stated} --max-acceleration; {unknown}{in_shell}",
-        ),
+        advice=advice,
     )
