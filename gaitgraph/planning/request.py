@@ -33,6 +33,7 @@ from gaitgraph.gait.given import gait_of
 from gaitgraph.gait.table import (
     ANGLES,
     check_repeats,
+    is_closed,
     surface_of,
     warn_of_ends,
 )
@@ -62,7 +63,7 @@ from gaitgraph.surface.region import (
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.tolerances import DEFAULT_FLOOR, SAME_ANGLE
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import (
     PAPER,
     Vehicle,
@@ -290,9 +291,8 @@ def read_request(
     ):
         content["vehicle"] = str(Path(path).parent / vehicle)
     if any(name in overrides for name in _SAMPLING):
-        content = {
-            name: value for name, value in content.items() if name not in _SAMPLING
-        }
+        for name in _SAMPLING:  # one of them is stated at most
+            content.pop(name, None)
     try:
         return request_from_mapping({**content, **overrides})
     except InputError as error:
@@ -319,7 +319,8 @@ def stated_request(path: str | Path) -> dict[str, Any]:
             if not isinstance(content.get("columns"), dict):
                 return content
         about = content.get("about")
-        about = about if isinstance(about, dict) else {}
+        if not isinstance(about, dict):
+            about = {}
         if isinstance(about.get("request"), dict):
             return _of_gait_file(about["request"])
         maker = about.get("made_by")
@@ -381,18 +382,15 @@ def colorings_of_file(
             _, numbers, stated_tolerance = surface_of(table, vehicle, coefficients)
         points = np.column_stack([table["alpha1"], table["alpha2"]])
         # As in validate a row that comes back with some noise, or in another color, is a point of its own.
-        first, last = (
-            np.array([table[name][k] for name in ANGLES if name in table])
-            for k in (0, -1)
-        )
+        rows = np.column_stack([table[name] for name in ANGLES if name in table])
         colors = table.columns.get("color", [None])
-        if (
-            len(points) > 1
-            and np.abs(last - first).max() <= SAME_ANGLE
-            and colors[0] == colors[-1]
-        ):
+        if is_closed(rows) and colors[0] == colors[-1]:
             points = points[:-1]
-    tolerance = stated_tolerance if crossing_tolerance is None else crossing_tolerance
+    if crossing_tolerance is None:
+        crossing_tolerance = stated_tolerance
     return colorings(
-        points, sign=sign or "auto", coefficients=numbers, crossing_tolerance=tolerance
+        points,
+        sign=sign or "auto",
+        coefficients=numbers,
+        crossing_tolerance=crossing_tolerance,
     )
