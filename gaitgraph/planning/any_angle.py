@@ -49,7 +49,9 @@ _COARSE = 1e-3  # accuracy of the regions that decide most of these steps [rad]
 def any_angle_loop(branch: Branch) -> Loop | Refusal:
     """Return the shortest loop of a branch, or why there is none."""
     request = branch.request
-    branch.search.says(f"searching {branch.color} loops with {RELATION[branch.sign]}")
+    branch.search.progress(
+        f"searching {branch.color} loops with {RELATION[branch.sign]}"
+    )
     rootless = branch.rootless()
     if rootless:
         return branch.rootless_at(rootless[0])
@@ -119,7 +121,9 @@ def _loop_in(region: PreparedRegion, branch: Branch) -> Loop | Refusal:
     def leg_between(first: int, second: int) -> Leg | None:
         measured = leg_between.cache_info().currsize
         if measured:
-            search.says(f"measured {measured} paths between {len(waypoints)} waypoints")
+            search.progress(
+                f"measured {measured} paths between {len(waypoints)} waypoints"
+            )
         return region.leg(waypoints[first], waypoints[second])
 
     def length_between(first: int, second: int) -> float:

@@ -84,8 +84,8 @@ class Search:
         self.roots = cache(self._roots)
         self._progress = progress
 
-    def says(self, text: str) -> None:
-        """Tell whoever listens about the next step."""
+    def progress(self, text: str) -> None:
+        """Pass a line of text to the progress function of the caller, if there is one."""
         if self._progress is not None:
             self._progress(text)
 
@@ -116,7 +116,7 @@ class Search:
     def _graph(self, sign: Sign) -> nx.Graph[Any]:
         """Return the surface graph of the request for one sign of R, its waypoints among the nodes."""
         request = self.request
-        self.says(
+        self.progress(
             f"building the graph of {request.divisions} divisions with {RELATION[sign]}"
         )
         return surface_graph(

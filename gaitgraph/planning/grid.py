@@ -35,7 +35,7 @@ def grid_loop(branch: Branch) -> Loop | Refusal:
     if rootless:
         return branch.rootless_at(rootless[0])
     graph = branch.search.graph(branch.sign)
-    branch.search.says(f"searching {branch.color} loops")
+    branch.search.progress(f"searching {branch.color} loops")
     colors = nx.get_node_attributes(graph, "color")
     stops = []
     for nodes in nodes_above(graph, request.waypoints):

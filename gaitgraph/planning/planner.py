@@ -415,7 +415,7 @@ def _other_loops(search: Search, flyable: list[Loop]) -> tuple[str, list[Loop]]:
         valid, _ = _loops_of(search, "valid")
         return VALID_LOOPS.python, _ranked(flyable + valid)
     # Those that keep less than the servo margin.
-    others = plan(replace(request, servo_margin=0.0), progress=search.says)
+    others = plan(replace(request, servo_margin=0.0), progress=search.progress)
     if others.loop is None:
         return "", []
     loops = [others.loop, *others.alternatives]
