@@ -474,6 +474,18 @@ def test_a_table_is_shown_in_one_line_without_its_numbers() -> None:
     assert shown == "<Table: 5 rows, 20 columns, T = 2 s, smooth, vehicle 'paper'>"
 
 
+@pytest.mark.parametrize(
+    ("options", "missing"), [({"periods": 2}, "t"), ({"servos": "x_frame"}, "alpha3")]
+)
+def test_a_column_that_writing_needs_is_named(
+    tmp_path: Path, options: dict[str, Any], missing: str
+) -> None:
+    table = Table(columns={"alpha1": [0.4], "alpha2": [-0.4], "color": ("red",)})
+    with pytest.raises(gg.InputError, match=f"column '{missing}' is missing") as caught:
+        write_tables(table, [tmp_path / "gait.csv"], **options)
+    assert caught.value.field == missing
+
+
 class Sink(RawIOBase):
     """A stream that takes the bytes of a file, up to 100,000 at once."""
 

@@ -305,6 +305,10 @@ def _table_in(
 ) -> Table:
     """Return the table that a format writes: as often as asked for, in the columns of a map."""
     if periods > 1 and form.reads and form.module is not ros:
+        if "t" not in table:
+            raise InputError(
+                "column 't' is missing; periods needs a table with times", field="t"
+            )
         table = repeated(table, periods)
     if servo_map is not None:
         if form.module in (ros, c_header):

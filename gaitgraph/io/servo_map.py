@@ -579,6 +579,11 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
     map clips, or if the map is for another vehicle.
     """
     check_kind("table", table, Table)
+    for name in ANGLES:
+        if name not in table:
+            raise InputError(
+                f"column {name!r} is missing; a servo map needs four angles", field=name
+            )
     vehicle = surface_of(table)[0]
     servo_map = servo_map_named(servo_map)
     servo_map.check_vehicle(vehicle)
