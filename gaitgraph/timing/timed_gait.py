@@ -673,9 +673,11 @@ def _timed_rows(
         )
     if period is None:
         period = 1.0
-    if law is None and table.about.get("law") in list(LAWS):  # it may be anything
-        law = table.about["law"]
-    return corners.parametrize(period, law=law or DEFAULT_LAW)
+    if law is None:
+        law = DEFAULT_LAW
+        if table.about.get("law") in list(LAWS):  # it may be anything
+            law = table.about["law"]
+    return corners.parametrize(period, law=law)
 
 
 def _timed_path(
