@@ -231,7 +231,7 @@ def _proven_polygon(
             return shapely.Polygon(), 1.0
         samples = _extreme_rays(samples, inside)
         between = _rays_between(first, last, starts, ends, coefficients)
-        may_leave = _may_leave(samples, between)
+        may_leave = _may_leave(samples, first, last, between)
         pieces += len(starts)
         is_last = pieces + 4 * may_leave.sum() > most
         if (between @ inside > 0).all():
@@ -272,13 +272,21 @@ def _rays_between(
     return rays
 
 
-def _may_leave(cone: FloatArray, pieces: FloatArray) -> BoolArray:
-    """Return whether some of the four rays of each piece are outside a cone of extreme rays."""
+def _may_leave(
+    cone: FloatArray, first: FloatArray, last: FloatArray, between: FloatArray
+) -> BoolArray:
+    """Return whether v may leave a cone of extreme rays along each piece.
+
+    Its products with the normals of the cone are above parabolas with Bézier points f0, f and f1, which are nowhere
+    negative if f ≥ −√(f0·f1).
+    """
     if len(cone) < 3:
-        return np.ones(len(pieces), dtype=bool)
+        return np.ones(len(first), dtype=bool)
     some = cone[:: -(-len(cone) // _SIDES)]
-    normals = np.cross(some, np.roll(some, -1, axis=0))
-    return np.asarray((pieces @ normals.T < 0).any(axis=(1, 2)))
+    normals = np.cross(some, np.roll(some, -1, axis=0)).T
+    at_ends = np.maximum(first @ normals, 0.0) * np.maximum(last @ normals, 0.0)
+    least = (between @ normals).min(axis=1)
+    return np.asarray((least < -np.sqrt(at_ends)).any(axis=1))
 
 
 def _inside(rays: FloatArray) -> FloatArray | None:
