@@ -579,11 +579,7 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
     map clips, or if the map is for another vehicle.
     """
     check_kind("table", table, Table)
-    for name in ANGLES:
-        if name not in table:
-            raise InputError(
-                f"column {name!r} is missing; a servo map needs four angles", field=name
-            )
+    _check_angles(table)
     vehicle = surface_of(table)[0]
     servo_map = servo_map_named(servo_map)
     servo_map.check_vehicle(vehicle)
@@ -609,6 +605,14 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
     if table.motion is None:
         return mapped
     return mapped.with_motion(table.motion)
+
+
+def _check_angles(table: Table) -> None:
+    for name in ANGLES:
+        if name not in table:
+            raise InputError(
+                f"column {name!r} is missing; a servo map needs four angles", field=name
+            )
 
 
 def _positions(table: Table, joint: Joint, servo_map: ServoMap) -> FloatArray:
