@@ -166,71 +166,71 @@ def still_arc(vehicle: Vehicle, alpha: list[float]) -> check.Arc:
     return check.Arc(piece, F(0), F(0))
 
 
-def test_wrenches_of_a_vehicle_of_exact_lengths() -> None:
-    """Arms of 3, 4 and 5: each number of the columns is known exactly."""
-    places = [[3, 4, 1], [-8, 6, -2], [-3, -4, 1], [8, -6, -2]]
+SPIN_WORDS = {1: "clockwise", -1: "counterclockwise"}
+PLACES: list[list[Any]] = [[3, 4, 1], [-8, 6, -2], [-3, -4, 1], [8, -6, -2]]
+# They need not be unit vectors, nor the thrust axes across the tilt axes.
+TILTS: list[list[Any]] = [[3, 4, 1], [-1, 2, 2], [-9, -11, 4], [5, -3, F(-1, 7)]]
+THRUSTS: list[list[Any]] = [[1, F(1, 3), 5], [0, 1, 8], [2, 2, 7], [F(1, 9), 0, -1]]
+OUTWARD, UP = [[3, 4, 0], [-8, 6, 0], [-3, -4, 0], [8, -6, 0]], [[0, 0, 1]] * 4
+
+
+def in_fractions(rows: list[list[Any]]) -> list[list[F]]:
+    return [list(map(F, row)) for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("signs", "tilts", "thrusts"),
+    [
+        ([1, -1, 1, -1], OUTWARD, UP),
+        ([-1, 1, -1, 1], OUTWARD, UP),
+        ([1, 1, -1, 1], TILTS, THRUSTS),
+    ],
+)
+def test_wrenches_are_enclosed(signs: Any, tilts: Any, thrusts: Any) -> None:
+    drags = [3, 6, 1, 2]
     vehicle: dict[str, Any] = {
-        "rotor_positions": [list(map(F, place)) for place in places],
-        "drag_to_thrust": [F(3), F(6), F(3), F(6)],
+        "rotor_positions": in_fractions(PLACES),
+        "drag_to_thrust": list(map(F, drags)),
     }
-    length = F(15, 2)
-    for spin, word in ((1, "clockwise"), (-1, "counterclockwise")):
-        vehicle["first_rotor_spin"] = word
-        assert check.drag_signs(vehicle) == [spin, -spin, spin, -spin]
+    if tilts == OUTWARD:
+        vehicle["first_rotor_spin"] = SPIN_WORDS[signs[0]]
+    else:
+        vehicle["spins"] = [SPIN_WORDS[sign] for sign in signs]
+        vehicle["tilt_axes"] = in_fractions(tilts)
+        vehicle["thrust_axes"] = in_fractions(thrusts)
+    assert check.drag_signs(vehicle) == signs
+    with mpmath.workprec(300):
         for k, pair in enumerate(check.wrenches_of(vehicle)):
-            x, y, z = vehicle["rotor_positions"][k]
-            ahead, aside = x / (5 * (1 + k % 2)), y / (5 * (1 + k % 2))
-            drag = spin * (-1) ** k * vehicle["drag_to_thrust"][k]
-            upright = [y / length, -x / length, drag / length, 1, 0, 0]
-            roll, pitch = z * ahead + drag * aside, z * aside - drag * ahead
-            yaw = -x * ahead - y * aside
-            turned = [roll / length, pitch / length, yaw / length, 0, aside, -ahead]
-            for found, exact in zip(pair, (upright, turned), strict=True):
-                for entry, value in zip(found, exact, strict=True):
-                    assert F(entry.low, ONE) <= value <= F(entry.high, ONE)
+            place, tilt, thrust = (
+                mpmath.matrix([mpmath.mpf(x.numerator) / x.denominator for x in row])
+                for row in (PLACES[k], tilts[k], thrusts[k])
+            )
+            tilt /= mpmath.norm(tilt)
+            thrust -= (tilt.T * thrust)[0] * tilt
+            thrust /= mpmath.norm(thrust)
+            forces = (thrust, crossed(tilt, thrust))
+            for wrench, force in zip(pair, forces, strict=True):
+                moment = crossed(place, force) + signs[k] * drags[k] * force
+                # The mean distance of the rotors from body z is 7.5.
+                exact = [*(moment / 7.5), force[2], force[0], force[1]]
+                for entry, value in zip(wrench, exact, strict=True):
+                    assert entry.low <= value * ONE <= entry.high
                     assert entry.high - entry.low < 50
+
+
+def test_rotors_on_body_z_and_thrusts_along_tilt_axes_are_refused() -> None:
+    vehicle: dict[str, Any] = {
+        "first_rotor_spin": "clockwise",
+        "rotor_positions": in_fractions(PLACES),
+        "drag_to_thrust": [F(1)] * 4,
+    }
     vehicle["rotor_positions"][0] = [F(1, 10**20), F(0), F(1)]
     check.wrenches_of(vehicle)
     vehicle["rotor_positions"][0] = [F(0), F(0), F(1)]
     with pytest.raises(ValueError, match="rotor_positions must be off body z"):
         check.wrenches_of(vehicle)
-
-
-def test_wrenches_with_axes_of_their_own_are_enclosed() -> None:
-    """Axes need not be unit vectors, nor the thrust axis across the tilt axis."""
-    words = {1: "clockwise", -1: "counterclockwise"}
-    places = [[3, 4, 1], [-8, 6, -2], [-3, -4, 1], [8, -6, -2]]
-    tilts: list[list[Any]] = [[3, 4, 1], [-1, 2, 2], [-9, -11, 4], [5, -3, F(-1, 7)]]
-    thrusts: list[list[Any]] = [[1, F(1, 3), 5], [0, 1, 8], [2, 2, 7], [F(1, 9), 0, -1]]
-    signs, drags = [1, 1, -1, 1], [3, 6, 1, 2]
-    vehicle: dict[str, Any] = {
-        "spins": [words[sign] for sign in signs],
-        "tilt_axes": [list(map(F, axis)) for axis in tilts],
-        "thrust_axes": [list(map(F, axis)) for axis in thrusts],
-        "rotor_positions": [list(map(F, place)) for place in places],
-        "drag_to_thrust": list(map(F, drags)),
-    }
-    assert check.drag_signs(vehicle) == signs
-    with mpmath.workprec(300):
-        for k, pair in enumerate(check.wrenches_of(vehicle)):
-            place, tilt, thrust = (
-                mpmath.matrix(
-                    [mpmath.mpf(F(x).numerator) / F(x).denominator for x in row]
-                )
-                for row in (places[k], tilts[k], thrusts[k])
-            )
-            tilt /= mpmath.norm(tilt)
-            thrust -= (tilt.T * thrust)[0] * tilt
-            thrust /= mpmath.norm(thrust)
-            for wrench, force in zip(
-                pair, (thrust, crossed(tilt, thrust)), strict=True
-            ):
-                moment = crossed(place, force) + signs[k] * drags[k] * force
-                exact = [*(moment / 7.5), force[2], force[0], force[1]]
-                for entry, value in zip(wrench, exact, strict=True):
-                    assert entry.low <= value * ONE <= entry.high
-                    assert entry.high - entry.low < 50
-    vehicle["thrust_axes"][1] = [F(1), F(-2), F(-2)]
+    vehicle["rotor_positions"] = in_fractions(PLACES)
+    vehicle["thrust_axes"] = in_fractions([[3, 4, 0], *UP[1:]])
     with pytest.raises(ValueError, match="thrust_axes must be across tilt_axes"):
         check.wrenches_of(vehicle)
 

@@ -602,6 +602,7 @@ class Curve:
         self.pieces = pieces_of(whole)
         durations = [piece.duration for piece in self.pieces]
         self.times = list(accumulate(durations, initial=start))
+        self.period = sum(durations, ZERO)
 
     def distances(self, time: Fraction, angles: list[Fraction]) -> list[Fraction]:
         """Return how far angles are from those of the curve [rad]."""
@@ -623,9 +624,9 @@ def first_off(curve: Curve, rows: list[Row], deviation: Fraction) -> str:
                 how = f"{float(distance):.3g} rad off the curve, allowed is {float(most):.3g}"
                 return f"{place}: alpha{joint + 1} is {how}"
     seconds = rows[-1].t - rows[0].t
-    period = curve.times[-1] - curve.times[0]
-    if abs(seconds - period) > (period + 2) / 10**9:
-        return f"the rows last {float(seconds):.9g} s, the curve {float(period):.9g} s"
+    if abs(seconds - curve.period) > (curve.period + 2) / 10**9:
+        whole = f"{float(seconds):.9g} s, the curve {float(curve.period):.9g} s"
+        return f"the rows last {whole}"
     return ""
 
 
@@ -642,8 +643,7 @@ def held_against(
     if "rate" not in whole["claims"]:
         raise ValueError("claims must have a rate to compare a table, got none")
     curve = Curve(whole, rows[0].t)
-    period = curve.times[-1] - curve.times[0]
-    rows = even_or_own(rows, half_unit, period)
+    rows = even_or_own(rows, half_unit, curve.period)
     between = ZERO
     for before, row in pairwise(rows):
         middles = [(a + b) / 2 for a, b in zip(before.angles, row.angles, strict=True)]
