@@ -40,7 +40,7 @@ def largest(corners: npt.NDArray[np.float64], vehicle: gg.Vehicle) -> float:
 # Two vehicles whose rotors can push 2.4 quarters of the weight. The rotors of beetle_omni spin the other way round, so
 # its surfaces are mirrored in the origin and the waypoints with them. Gait 4 needs 1/cos(3π/8) = 2.61 quarters at its
 # outermost corner, whatever the vehicle, and is refused. Through discs of 0.2 rad around the waypoints there is a loop
-# that needs 1.9643, and none that needs less than 1.9643.
+# that needs 1.9644, and none that needs less than 1.9643.
 
 flown = {}
 for name, mirror in (("paper", 1), ("beetle_omni", -1)):

@@ -77,7 +77,7 @@ EXPECTED = {
     "retarget_a_gait": "moved by 0.4566 rad at most (row 11), 0.3477 rad rms",
     "which_drag_ratio": "0.1687      9.57°  2.374  2.374    2.358  0.167  0.886",
     "which_period": "T = 0.25 s: settles after 0.44 s, peak 2.93 shares, 1.87 after 1 s, where α1 spans 0.53 rad",
-    "best_hover_reserve": "best within 0.2 rad: 1.9643 quarters, any loop needs 1.9643",
+    "best_hover_reserve": "best within 0.2 rad: 1.9644 quarters, any loop needs 1.9643",
     "fly_a_gait": "biased by 0.8: 2.62 shares, least singular value 0.375",
     "servo_table": "read back to 1.0e-04 rad; flyable True",
 }
