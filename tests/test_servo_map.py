@@ -26,6 +26,7 @@ from gaitgraph.io.servo_map import (
     servo_map_named,
     tilts_from_joints,
 )
+from gaitgraph.planning.missions import mission
 from tests.published import GAITS
 from tests.samples import cases, table_from
 
@@ -414,6 +415,11 @@ def test_what_a_map_clips_is_judged_and_written_as_it_is_then(
     )
     with pytest.raises(Infeasible, match="not flyable"):
         export("gait4", tmp_path / "one.csv", servos=one)
+    flight = mission("gait4")
+    clipped = export(flight, tmp_path / "mission.csv", servos=alike).table
+    assert [name for name, _ in clipped.about["phases"]] == [
+        name for name, _ in flight.phases
+    ]
     assert not (tmp_path / "one.csv").exists()
 
 

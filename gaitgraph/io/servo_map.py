@@ -60,7 +60,14 @@ _WITH_RATES = ("rad", "deg")
 _THRUST = "_thrust"  # ends the column of the thrust of the rotor that a joint turns
 _OF_PULSES = ("us_per_rad", "neutral_us", "limits_us", "integer")
 # What a clipped table still states: not how its rows were made.
-_KEPT = ("vehicle", "coefficients", "crossing_tolerance", "repeats", "limits")
+_KEPT = (
+    "vehicle",
+    "coefficients",
+    "crossing_tolerance",
+    "repeats",
+    "phases",
+    "limits",
+)
 _NAME = "a printable text of 1 to 64 characters"
 _ROUNDING = 1e-9  # of a limit: what floating point may add to a value that was stated as the limit
 
