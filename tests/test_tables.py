@@ -513,7 +513,8 @@ def test_json_of_many_rows_is_written_in_pieces(
     write_tables(table, [path])
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert most < 0.1 * path.stat().st_size
+    # Built as a whole it takes more than the size of the file.
+    assert most < 0.5 * path.stat().st_size
     sink: Any = Sink(path)
     write_tables(table, [sink], format="json")
     assert sink.taken == len(sink.content)
