@@ -234,6 +234,9 @@ def _lines_of(
         lines.append(f"wrote {name}: {content}")
     lines += lines_of_checks(exported.rate_checks)
     lines += [exported.report.verdict, *exported.report.warning_lines]
+    of_what = " of a period" if periods > 1 else ""
     for joint, count in exported.clipped.items():
-        lines.append(f"clipped: joint {joint!r} at its limit in {count} of {rows} rows")
+        lines.append(
+            f"clipped: joint {joint!r} at its limit in {count} of {rows} rows{of_what}"
+        )
     return lines
