@@ -57,9 +57,15 @@ def quantity_of(name: str, vehicle: Vehicle) -> Quantity:
             v = matrices.attitude_sensitivities(alpha, numbers)
             return -np.abs(v[..., :2] @ turn).max(axis=-1)
 
-        return Quantity(
-            partial(bounds.largest_residual, coefficients=numbers), residual
-        )
+        def residuals(
+            starts: FloatArray, ends: FloatArray, tolerance: float, **options: Any
+        ) -> bounds.Least:
+            least = bounds.Residual(numbers)
+            return bounds.least_of_each(starts, ends, [least], [tolerance], **options)[
+                0
+            ]
+
+        return Quantity(residuals, residual)
     sign = -1.0 if name == "-R" else 1.0
     bracket = partial(bounds.least_level_determinant, coefficients=numbers, sign=sign)
     return Quantity(bracket, lambda at: sign * matrices.level_determinant(at, numbers))
@@ -206,8 +212,7 @@ def test_thrusts_push_up_and_shares_are_bracketed_along_whole_segments(
     )
     size = np.maximum(thrusts.min(axis=(1, 2)), -thrusts.max(axis=(1, 2)))
     expected = (size > 0) & (np.abs(alpha) <= HALF_PI).all(axis=(1, 2))
-    upward, *brackets = bounds.thrust_shares_along(starts, ends, vehicle, each=True)
-    assert np.array_equal(upward, bounds.thrusts_push_up(starts, ends, vehicle))
+    upward = bounds.thrusts_push_up(starts, ends, vehicle)
     clear = np.abs(size) > 1e-4
     assert np.array_equal(upward[clear], expected[clear])
     assert (upward <= expected).all()
@@ -217,13 +222,13 @@ def test_thrusts_push_up_and_shares_are_bracketed_along_whole_segments(
     assert (shares > 0).all()
     quantity = bounds.HoverShares(rotors_of(vehicle))
     ends_of = (starts[upward], ends[upward])
+    brackets = bounds.least_of_each(*ends_of, [quantity], [1e-4], each=True)
     rough = bounds.least_of_each(*ends_of, [quantity], [1e-4], each=True, most=0)
     sides = (shares.min(axis=(1, 2)), -shares.max(axis=(1, 2)))
     for bracket, uncut, least in zip(brackets, rough, sides, strict=True):
-        assert np.isnan(bracket.lower[~upward]).all()
-        assert (bracket.lower[upward] <= least + 1e-12).all()
-        assert (bracket.upper[upward] <= least + 1e-4 + 1e-12).all()
-        assert (bracket.upper - bracket.lower <= 1e-4 + 1e-12)[upward].all()
+        assert (bracket.lower <= least + 1e-12).all()
+        assert (bracket.upper <= least + 1e-4 + 1e-12).all()
+        assert (bracket.upper - bracket.lower <= 1e-4 + 1e-12).all()
         assert (uncut.lower <= least + 1e-12).all()
     assert (rough[0].lower > 0).any()
 
@@ -279,8 +284,9 @@ def test_beside_the_point_where_all_rotors_idle(near: float) -> None:
     shares = matrices.hover_thrust_shares(
         p + (np.linspace(0, 1, 401) ** 6)[:, None] * (q - p)
     )
-    upward, *brackets = bounds.thrust_shares_along(p, q)
-    assert upward.all()
+    assert bounds.thrusts_push_up(p, q).all()
+    quantity = bounds.HoverShares(rotors_of(PAPER))
+    brackets = bounds.least_of_each(p, q, [quantity], [1e-4])
     for bracket, least in zip(brackets, (shares.min(), -shares.max()), strict=True):
         lower, upper, _, _ = bracket.worst()
         assert lower <= least + 1e-12

@@ -492,3 +492,28 @@ def test_hover_power_of_hover_is_one_and_does_not_exist_where_a_rotor_would_pull
         gait = lift([(0.4, 0.4), (0.9, 0.4)], color)
         for form in (gait, gait.parametrize()):
             assert gg.validate(form).hover_power is None
+
+
+@pytest.mark.parametrize(("off", "tolerance"), [(0.03, 0.5), (0.06, 0.9)])
+def test_physics_does_not_depend_on_the_tolerance(off: float, tolerance: float) -> None:
+    """Rows beside blue are not on it, however large the tolerance is."""
+    vehicle = gg.Vehicle(arm_length=0.2, drag_to_thrust=0.03, mass=1.0)
+    line = np.arctan(vehicle.drag_ratio)
+    first, second = np.array([[-0.4, -0.45], [0.5, 0.6]])
+    opposite = [2 * line - first + off, -2 * line - second - off]
+    alpha = np.stack([first, second, *opposite], axis=1)
+    strict, wide = (
+        gg.validate(alpha, vehicle=vehicle, tolerance=one) for one in (0.01, tolerance)
+    )
+    for name in ("least_singular_value", "hover_thrust"):
+        assert wide[name].ok is strict[name].ok
+        assert wide[name].value == pytest.approx(strict[name].value, rel=1e-3)
+    assert "whole blue sheet" not in wide["R_sign"].message
+
+
+def test_a_rotor_that_idles_has_the_share_zero() -> None:
+    """β1 + β3 = 0 along the whole table."""
+    line = 2 * np.arctan(gg.PAPER.drag_ratio)
+    rows = [[0.95, 1.473, line - 0.95, -np.pi / 2], [1.0, 1.2, line - 1.0, -1.2]]
+    check = gg.validate(np.array(rows))["hover_thrust"]
+    assert (check.ok, check.value) == (False, 0.0)

@@ -385,19 +385,6 @@ class Residual:
         return np.asarray(-sizes.max(axis=0, keepdims=True))
 
 
-def largest_residual(
-    starts: FloatArray,
-    ends: FloatArray,
-    coefficients: Coefficients,
-    *,
-    tolerance: float,
-    **options: Any,
-) -> Least:
-    """Bracket the least of −max(|Rφ|, |Rθ|) along segments, in axes of which the first is along arm 1."""
-    quantity = Residual(coefficients)
-    return least_of_each(starts, ends, [quantity], [tolerance], **options)[0]
-
-
 def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
     """Return a bound, at least 0, of functions that differ by at most change(p0, p1) along an interval."""
 
@@ -632,36 +619,6 @@ def where_thrusts_vanish(
     return float(least_upward_thrust(start[None], end[None], vehicle).fraction[0])
 
 
-def thrust_shares_along(
-    starts: FloatArray,
-    ends: FloatArray,
-    vehicle: Vehicle = PAPER,
-    *,
-    tolerance: float = 1e-4,
-    each: bool = False,
-) -> tuple[BoolArray, Least, Least]:
-    """Return whether every thrust is positive on whole segments (:func:`thrusts_push_up`), and brackets of the shares.
-
-    The brackets are of the least share T/(m·g) and of minus the largest one, NaN where not all are positive.
-    """
-    upward = thrusts_push_up(starts, ends, vehicle)
-    lower, upper = np.full((2, 2, len(starts)), np.nan)
-    fraction = np.zeros((2, len(starts)))
-    if upward.any():
-        quantity = share_quantity(vehicle)
-        found = least_of_each(
-            starts[upward], ends[upward], [quantity], [tolerance], each=each
-        )
-        for k, bracket in enumerate(found):
-            lower[k, upward] = bracket.lower
-            upper[k, upward] = bracket.upper
-            fraction[k, upward] = bracket.fraction
-    least, largest = (
-        Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2)
-    )
-    return upward, least, largest
-
-
 def segments_fly(
     starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle
 ) -> BoolArray:
@@ -679,8 +636,9 @@ def segments_fly(
         )
     share = vehicle.thrust_share
     if share is not None and flies.any():
-        _, _, largest = thrust_shares_along(
-            starts[flies], ends[flies], vehicle, each=True
+        quantity = share_quantity(vehicle)
+        _, largest = least_of_each(
+            starts[flies], ends[flies], [quantity], [1e-4], each=True
         )
         flies[flies] = -largest.lower <= share
     return flies

@@ -46,7 +46,7 @@ from gaitgraph.invertibility.tilt_margins import (
 )
 from gaitgraph.records import Record
 from gaitgraph.surface.region import polygons_of
-from gaitgraph.tolerances import SAME_ANGLE
+from gaitgraph.tolerances import ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, VehicleLike
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
@@ -278,15 +278,19 @@ def _may_leave(
     """Return whether v may leave a cone of extreme rays along each piece.
 
     Its products with the normals of the cone are above parabolas with Bézier points f0, f and f1, which are nowhere
-    negative if f ≥ −√(f0·f1).
+    negative if f ≥ −√(f0·f1). Of many rays some are taken: a piece with an end beside their cone is in the whole one if
+    f ≥ 0.
     """
     if len(cone) < 3:
         return np.ones(len(first), dtype=bool)
     some = cone[:: -(-len(cone) // _SIDES)]
     normals = np.cross(some, np.roll(some, -1, axis=0)).T
-    at_ends = np.maximum(first @ normals, 0.0) * np.maximum(last @ normals, 0.0)
+    at_first, at_last = first @ normals, last @ normals
+    is_beside = (np.minimum(at_first, at_last) < -ROUND_OFF).any(axis=1)
+    allowed = np.sqrt(np.maximum(at_first, 0.0) * np.maximum(at_last, 0.0))
+    allowed[is_beside] = 0.0
     least = (between @ normals).min(axis=1)
-    return np.asarray((least < -np.sqrt(at_ends)).any(axis=1))
+    return np.asarray((least < -allowed).any(axis=1))
 
 
 def _inside(rays: FloatArray) -> FloatArray | None:

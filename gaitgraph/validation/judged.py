@@ -36,7 +36,11 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.records import Record
 from gaitgraph.surface.sheets import CodeArray, color_codes, of_color, sheet_distances
-from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE, SAME_ANGLE
+from gaitgraph.tolerances import (
+    DEFAULT_CROSSING_TOLERANCE,
+    DEFAULT_TOLERANCE,
+    SAME_ANGLE,
+)
 from gaitgraph.validation.report import GaitPoint
 from gaitgraph.validation.wrong_rows import LoneRows, Misreading, misreading_of
 
@@ -247,8 +251,11 @@ class JudgedGait:
 
     @cached_property
     def on_blue(self) -> bool:
-        """Whether a point is on blue alone, whatever its color, and the matrix singular there: without rotor height."""
-        near = self.distances <= self.criteria.tolerance
+        """Whether a point is on blue alone, whatever its color, and the matrix singular there: without rotor height.
+
+        A larger tolerance than the default takes rows for blue that are beside it, where the matrix is not singular.
+        """
+        near = self.distances <= min(self.criteria.tolerance, DEFAULT_TOLERANCE)
         is_blue = near[:, 1] & ~near[:, 0]
         return bool(is_blue.any()) and not self.criteria.coefficients.is_raised
 

@@ -231,19 +231,21 @@ def _idle_or_down(gait: JudgedGait) -> Check:
     ends = np.union1d(down, down + 1)
     shares = hover_thrust_shares(segments.alpha[ends], vehicle).min(axis=1)
     worst = int(np.argmin(shares))  # the first that is not a number, if any
-    least: float | None = float(shares[worst])
+    least = float(shares[worst])
+    value: float | None = least
     size = ""
-    if shares[worst] > 0:
+    if shares[worst] > IDLE_SHARE:
         # All ends are fine: something vanishes between them.
-        least = None
+        value = None
         first = int(down[0])
         start, stop = segments.starts[first], segments.ends[first]
         place = segments.place(first, where_thrusts_vanish(start, stop, vehicle))
     else:
         place = segments.place(int(ends[worst]))
+        if abs(shares[worst]) <= IDLE_SHARE:
+            least = value = 0.0
         if math.isfinite(shares[worst]):
-            printed = 0.0 if abs(shares[worst]) <= IDLE_SHARE else float(shares[worst])
-            size = f" (least {figure(printed)} of m·g)"
+            size = f" (least {figure(least)} of m·g)"
     idle = idle_pair(place, vehicle)
     if idle:
         idle = f", where {idle} idle"
@@ -255,7 +257,7 @@ def _idle_or_down(gait: JudgedGait) -> Check:
             sides = "α1 < δ and α2 > −δ"
         advice = f"keep β1 and β2 of opposite signs ({sides}, or both the other way)"
     message = f"hover thrusts are not positive{size} at {place}{idle}: {advice}"
-    return check_of("hover_thrust", False, message, value=least, limit=0.0, place=place)
+    return check_of("hover_thrust", False, message, value=value, limit=0.0, place=place)
 
 
 def thrust_limit(gait: JudgedGait, largest: float) -> Check:
