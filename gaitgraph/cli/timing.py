@@ -130,7 +130,7 @@ def transition_command(
     "--rounding",
     type=Angle(is_positive=True),
     show_default="what the file says, else rest at corners",
-    help="Round the corners, by at most this distance from each.",
+    help="Round corners by at most this.",
 )
 @click.option(
     "--servo-lag",
