@@ -81,7 +81,7 @@ def test_the_numbers_of_the_page_on_flight() -> None:
             f"{flight.least_singular_value:.3f}",
         )
     low, high = flown(1, floor=0.0), flown(2, floor=0.0)
-    assert "its determinant has changed sign" in low.reason
+    assert low.outcome in ("sign change", "near singular")  # rounding decides
     assert low.flown < 2.0
     assert low.peak_thrust_share > 10_000
     assert high.column("z")[-1] > 100.0

@@ -31,7 +31,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
+from gaitgraph.invertibility.matrices import (
+    rotor_directions,
+    thrust_signs,
+    zero_moment_inputs,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -105,19 +109,19 @@ def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> Allocation:
     signs = thrust_signs(vehicle)
     directions = rotor_directions(np.atleast_2d(alpha), vehicle)
     force, moment = (np.asarray(part) * signs for part in directions)
-    # The generalised cross product of the rows of the moment matrix; without rank it is zero.
-    minors = [np.linalg.det(np.delete(moment, k, axis=-1)) for k in range(4)]
-    free = np.stack(minors, axis=-1) * [1.0, -1.0, 1.0, -1.0]
+    free = signs * zero_moment_inputs(np.atleast_2d(alpha), vehicle)
     size = np.linalg.norm(free, axis=-1, keepdims=True)
     has_rank = size > 1e-12
     free = np.where(has_rank, free / np.where(has_rank, size, 1.0), 0.0)
     # w is continuous along the course, so a sign that is right in its first row is right in all.
     if force[0, 2] @ free[0] < 0.0:
         free = -free
-    inverse = np.where(has_rank[..., None], np.linalg.pinv(moment), 0.0)
-    thrusts = np.concatenate([inverse, free[..., None]], axis=-1)
+    # w is across the rows of the moment matrix, so their common inverse is (P, w).
+    rows = np.concatenate([moment, free[:, None]], axis=1)
+    rows = np.where(has_rank[..., None], rows, np.eye(4))
+    thrusts = np.where(has_rank[..., None], np.linalg.inv(rows), 0.0)
     lifts = np.swapaxes(force @ thrusts, -1, -2)
-    squared = np.sum(inverse**2, axis=(-2, -1))
+    squared = np.sum(thrusts[..., :3] ** 2, axis=(-2, -1))
     return Allocation(lifts, thrusts, squared)
 
 

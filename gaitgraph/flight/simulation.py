@@ -268,6 +268,7 @@ class Simulation:
         model, data, mj_step = engine.model, engine.data, engine.mujoco.mj_step
         lags, gusts, floor = engine.lags, self._gusts, self._floor
         low, high = self._limits
+        places, speeds = data.qpos, data.qvel  # views of what the engine holds
         set_inputs, control = Struct("8d").pack_into, data.ctrl  # faster than an array
         log = array("d")  # faster than lists of numbers
         roll, pitch = attitude
@@ -280,7 +281,7 @@ class Simulation:
         failure, sign = None, 0.0
         with engine_warnings():
             for k, (allocation, wanted, errors) in enumerate(self._known()):
-                place, speed = data.qpos.tolist(), data.qvel.tolist()
+                place, speed = places.tolist(), speeds.tolist()
                 motion = motion_of(place, speed)
                 measured = with_errors(motion, errors)
                 command = command_of(measured, allocation, wanted)
@@ -296,8 +297,7 @@ class Simulation:
                     thrusts = leading(thrusts, data.act, self._reach)
                 if not low <= min(thrusts) <= max(thrusts) <= high:
                     thrusts = [min(max(thrust, low), high) for thrust in thrusts]
-                for values in (motion, place[7:], thrusts, command[2:]):
-                    log.extend(values)
+                log.extend((*motion, *place[7:], *thrusts, *command[2:]))
                 if k == 0:
                     data.act[:] = thrusts[: model.na]  # the rotors turn already
                 if torque_of is not None:
