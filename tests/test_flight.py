@@ -10,9 +10,16 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError
+from gaitgraph.flight.controller import Command, Motion
 from gaitgraph.flight.course import from_hover, repeated
 from gaitgraph.flight.flight import COLUMNS, FlightSettings, settings_from_mapping
-from gaitgraph.flight.simulation import Simulation, fly, gusts_of, sensor_noise
+from gaitgraph.flight.simulation import (
+    Simulation,
+    fly,
+    gusts_of,
+    in_flight,
+    sensor_noise,
+)
 from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.timing.joining import Course
 from gaitgraph.timing.limits import Limits
@@ -164,6 +171,25 @@ def test_each_way_to_stop_has_an_outcome_and_a_line(
     assert flight.verdict == f"stopped: {flight.reason}"
     assert flight.settling_time is None
     assert np.isfinite(flight.rows).all()
+
+
+LEVEL = Motion(*[0.0] * 12)
+ABOVE = Command([], 1.0, 0.05, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("far", "number"),
+    [({"x": 1e5}, 2), ({"y": -1e5}, 2), ({"z": 1e5}, 2)]
+    + [({f"body_rate_{axis}": sign * 200.0}, 1) for axis in "xyz" for sign in (1, -1)],
+)
+def test_a_flight_ends_at_its_limits_in_each_direction(far: Any, number: int) -> None:
+    """A part of a limit in every other direction does not make up for it."""
+    others = {"x": -1.0, "y": 1.0, "z": -1.0, "body_rate_x": -1.0, "body_rate_y": 1.0}
+    for motion, holds in ((far, False), (others | far, False), (others, True)):
+        moved = LEVEL._replace(**motion)
+        conditions = in_flight(1.0, moved, LEVEL, ABOVE, 1.0, 0.05)
+        assert conditions[number] is holds
+        assert sum(conditions) == 5 + holds
 
 
 def test_the_last_row_is_still_allowed_and_the_next_one_was_not() -> None:
@@ -347,6 +373,8 @@ def test_errors_and_servos_are_those_while_the_gait_runs(hovers: bool) -> None:
         "altitude": np.abs(flight.column("z")[runs]).max(),
     }
     assert (flight.gait_errors["attitude"] > 0.09) is not hovers
+    planned = np.ptp(timed.gait.alpha, axis=0).max()
+    assert f"of the planned {planned:.3g} rad" in flight.warnings[-1]
     level = fly(from_hover(timed), settings=FlightSettings(duration=0.5))
     assert level.gait_errors is None  # it never ran
 
