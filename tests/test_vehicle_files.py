@@ -119,6 +119,12 @@ def test_a_rotor_beside_its_tilt_axis_is_said_where_it_is_judged(run: Any) -> No
     told = "warning: rotor 1 is 50 mm beside its tilt axis: taken as on it\n"
     err = run("validate", "x.csv", "--vehicle", "x.xml").err
     assert err == f"gaitgraph: {told}"
+    # The drag is that of a unit of thrust, whatever the gear of the actuator.
+    before = read_description("x.xml").rotors
+    text = Path("x.xml").read_text().replace('gear="0 0 1 0 0 ', 'gear="0 0 3 0 0 ')
+    Path("x.xml").write_text(text)
+    for rotor, geared in zip(before, read_description("x.xml").rotors, strict=True):
+        assert rotor["moment_ratio"] == pytest.approx(3 * geared["moment_ratio"])
 
 
 @pytest.mark.parametrize("name", preset_names())
