@@ -386,7 +386,8 @@ def test_settings_come_back_from_their_mapping() -> None:
     mapping = json.loads(json.dumps(settings.as_mapping()))
     assert settings_from_mapping(mapping) == settings
     stated = {"servo_errors": ["-12deg", 0, "1deg", 0.1], "attitude_noise": "1deg"}
-    read = settings_from_mapping(stated)
+    read = settings_from_mapping(stated | {"wind": [3.0, -1.0]})
+    assert read.wind == (3.0, -1.0, 0.0)
     assert read.servo_errors == (math.radians(-12), 0.0, math.radians(1), 0.1)
     assert read.attitude_noise == math.radians(1)
 
