@@ -70,7 +70,8 @@ def test_attitudes_beyond_a_singular_one_are_lost_at_each_moment_of_take_off() -
     assert basin.same_side[:, basin.inside].all()
     assert basin.warnings
     settles = basin.outcome == 0
-    assert f"with {basin.peak_share[settles].max():.3g} times" in str(basin)
+    last, peak = basin.seconds[settles].max(), basin.peak_share[settles].max()
+    assert f"after {last:.2f} s at most, with {peak:.3g} times" in str(basin)
     assert basin.begins.tolist() == [0.0, 0.5]
     np.testing.assert_array_equal(basin.settled, settles[0] & settles[1])
     np.testing.assert_array_equal(basin.worst == 0, basin.settled)
