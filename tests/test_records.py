@@ -7,6 +7,7 @@ import inspect
 import json
 import math
 import pickle
+import sys
 from enum import Enum
 from functools import cache
 from io import StringIO
@@ -240,6 +241,7 @@ GAIT_KIND = "gaitgraph.gait.gait.Gait"
         {"type": "gaitgraph.files.write_whole", "contents": [], "force": True},
         {"type": "gaitgraph.records.Record"},
         {"type": "gaitgraph.nothing.Nothing"},
+        {"type": "this.Zen"},
         {"type": "array", "dtype": "float64", "items": "abc"},
         {"type": "array", "dtype": "<i8", "items": [10**30]},
         {"type": "tuple"},
@@ -253,6 +255,7 @@ def test_other_mappings_are_refused_in_one_line(wrong: dict[str, Any]) -> None:
     with pytest.raises(gg.InputError) as refused:
         gg.Gait.from_dict(wrong)
     assert "\n" not in str(refused.value)
+    assert "this" not in sys.modules  # no module of others is loaded
 
 
 @pytest.mark.parametrize(
@@ -260,6 +263,7 @@ def test_other_mappings_are_refused_in_one_line(wrong: dict[str, Any]) -> None:
     [
         ("hover_power", "1.0", r"hover_power must be float \| None, got '1.0'"),
         ("rows", True, r"rows must be int \| None, got True"),
+        ("hover_power", 1 << 1000, r"hover_power must be float \| None, got 1071"),
         ("reachability", 1.0, "reachability must be str, got 1.0"),
         ("checks", {"type": "tuple", "items": "ok"}, "items must be a list, got 'ok'"),
     ],
@@ -270,6 +274,19 @@ def test_a_number_or_text_of_another_kind_is_named(
     stated = gg.validate(GAIT).as_dict()
     with pytest.raises(gg.InputError, match=f"^{said}"):
         gg.Report.from_dict(stated | {field: wrong})
+
+
+def test_whole_numbers_of_json_are_numbers_too() -> None:
+    stated = gg.validate(GAIT).as_dict()
+    assert gg.Report.from_dict(stated | {"hover_power": 2}).hover_power == 2
+
+
+@pytest.mark.parametrize("wrong", [[0.0] * 3, [0.0] * 5, [0.0, 0.0, 0.0, "x"]])
+def test_a_tuple_has_as_many_items_as_its_field_states(wrong: Any) -> None:
+    stated = gg.FlightSettings().as_dict()
+    errors = {"type": "tuple", "items": wrong}
+    with pytest.raises(gg.InputError, match="^servo_errors must be tuple"):
+        gg.FlightSettings.from_dict(stated | {"servo_errors": errors})
 
 
 RECORDS = sorted(name for name in MADE if name not in ("Region", "Cycle"))

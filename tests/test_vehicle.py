@@ -357,6 +357,11 @@ def test_equal_arms_are_the_same_vehicle_in_both_ways() -> None:
     places = np.column_stack([circle, np.full(4, 0.01)])
     again = PAPER.replace(rotor_positions=places)
     assert again.rotor_positions is None
+    # To 1e-9 of the arm length.
+    places[0, 2] += 1e-9 * 0.3
+    assert PAPER.replace(rotor_positions=places).rotor_positions is not None
+    places[0, 2] -= 1e-9 * 0.2
+    assert PAPER.replace(rotor_positions=places).rotor_positions is None
     assert np.allclose(arms.scaled_positions, places / 0.1785)
     assert np.allclose(arms.arm_angles, angles)
     for name in ("arm_length", "first_arm_angle", "rotor_height", "drag_ratio"):
@@ -438,6 +443,9 @@ def test_arms_that_differ_are_told_how_to_state_them(constants: Any) -> None:
 )
 def test_default_axes_and_spins_are_the_same_vehicle(stated: Any) -> None:
     assert repr(rectangle(**stated)) == repr(rectangle())
+    unequal = np.array(RECTANGLE) * [[1.0], [2.0], [1.0], [2.0]]
+    shown = repr(rectangle(rotor_positions=unequal, **stated))
+    assert shown == repr(rectangle(rotor_positions=unequal))
 
 
 def test_axes_are_unit_vectors_that_are_perpendicular() -> None:
