@@ -366,6 +366,8 @@ class Vehicle(Pictured):
             return f"spins {', '.join(self.spins)}"
         if self.has_own_axes:
             return "tilt_axes or thrust_axes of its own"
+        if self.rotor_positions is None and not isinstance(self.drag_to_thrust, tuple):
+            return None
         drags = self.scaled_drags
         for i, k in ((0, 2), (1, 3)):
             pair = f"rotors {i + 1} and {k + 1}"
