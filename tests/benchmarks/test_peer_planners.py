@@ -27,7 +27,11 @@ WARM = {"rounds": 100, "warmup_rounds": 150}
 
 
 def leg_planner(
-    polygons: Sequence[Any] = (), *, step: float = 0.05, seconds: float = 5.0
+    polygons: Sequence[Any] = (),
+    *,
+    sign: int = -1,
+    step: float = 0.05,
+    seconds: float = 5.0,
 ) -> Callable[[Any, Any], Any]:
     """Return OMPL's planning of one leg: RRTConnect on equations (7) and (8), with a checker of color and sign of R.
 
@@ -63,14 +67,14 @@ def leg_planner(
             out[1, 1] = scale * math.sin(r) * math.cos(s)
             out[1, 3] = -out[1, 1]
 
-    def red_with_negative_R(state: Any) -> bool:
+    def red_with_the_sign(state: Any) -> bool:
         a1, a2, a3, a4 = (state[k] for k in range(4))
         if abs(a1 - a3) > 0.03 or abs(a2 - a4) > 0.03:
             return False
         if polygons and shapely.intersects_xy(forbidden, a1, a2):
             return False
         bracket = 2 * kappa * math.cos(a1) * math.cos(a2) - math.sin(a1 - a2)
-        return math.cos(a1 - delta) * math.cos(a2 + delta) * bracket < 0
+        return sign * math.cos(a1 - delta) * math.cos(a2 + delta) * bracket > 0
 
     def plan(first: Any, last: Any) -> Any:
         """Return the length of a path between two points (α1, α2) of red."""
@@ -82,7 +86,7 @@ def leg_planner(
         constrained.setDelta(step)
         information = base.ConstrainedSpaceInformation(constrained)
         setup = geometric.SimpleSetup(information)
-        setup.setStateValidityChecker(red_with_negative_R)
+        setup.setStateValidityChecker(red_with_the_sign)
         ends = constrained.allocState(), constrained.allocState()
         for end, point in zip(ends, (first, last), strict=True):
             end.copy([*point, *point])
@@ -152,3 +156,13 @@ def test_a_new_vehicle_each_time_ours(benchmark: Any, answer: str) -> None:
 
     found = benchmark.pedantic(answered, rounds=60, warmup_rounds=5)
     assert found == (not answer.startswith("refused"))
+
+
+@pytest.mark.parametrize(
+    ("answer", "sign"), [("planned", -1), ("planned along a border", 1)]
+)
+def test_a_new_vehicle_each_time_ompl(benchmark: Any, answer: str, sign: int) -> None:
+    """The same loops leg by leg, on the paper's surface and with one sign of R alone."""
+    benchmark.group = f"a new vehicle each time, {answer}"
+    plan = leg_planner(sign=sign)
+    benchmark.pedantic(lambda: [plan(a, b) for a, b in legs(COLD[answer])], **WARM)
