@@ -74,6 +74,8 @@ def test_a_grid_has_every_combination_once_the_pitch_fastest() -> None:
     assert [row["period"] for row in rows[:8:4]] == [1.0, 2.0]
     constants = [(row.get("drag_ratio"), row.get("servo_lag")) for row in rows[::32]]
     assert constants[:3] == [(None, None), (0.1, 0.01), (0.1, 0.02)]
+    assert rows[32]["vehicle"] == "paper, drag ratio, servo lag varied"
+    assert columns_of(study)["servo_lag"] == "s"
     last = study.case(len(study) - 1).vehicle
     assert (last.drag_ratio, last.servo_lag) == (0.2, 0.03)
     numbers = [number for batch in study.batches for number in batch]
@@ -113,6 +115,7 @@ def test_a_study_is_known_by_its_content() -> None:
     study, again = study_from_mapping(asked), study_from_mapping(asked)
     other = study_from_mapping(asked | {"name": "b"})
     assert again.fingerprint == study.fingerprint != other.fingerprint
+    assert study.models[1].base.name == "two"
     assert study.as_mapping()["sample"] == "grid"
     assert pickle.loads(pickle.dumps(study)) == study  # as workers get it
     assert list(columns_of(study))[3:6] == ["inertia_x", "inertia_y", "inertia_z"]
@@ -127,10 +130,15 @@ def test_gaits_come_from_files_too(tmp_path: Path) -> None:
     (tmp_path / "asked.toml").write_text(f"waypoints = {waypoints}\nperiod = 9.0\n")
     lifted = {"file": "plane.csv", "name": "lifted"}
     gaits = ["gait3", "mine.csv", lifted, "asked.toml"]
-    study = study_from_mapping(SMALL | {"gaits": gaits}, folder=tmp_path)
+    (tmp_path / "mine.toml").write_text("name = 'mine'\ndrag_ratio = 0.2\n")
+    vehicles = [{"file": "mine.toml", "servo_lag": [0.01, 0.02]}]
+    asked = SMALL | {"gaits": gaits, "vehicles": vehicles}
+    study = study_from_mapping(asked, folder=tmp_path)
     shutil.rmtree(tmp_path)  # a study needs no file any more
     names = [source.name for source in study.sources]
     assert names == ["gait3", "mine", "lifted", "asked"]
+    assert study.models[0].base.name == "mine, servo lag varied"
+    assert study.models[0].base.drag_ratio == 0.2
     for source in study.sources:
         alpha = source.gait(gg.PAPER).alpha
         np.testing.assert_allclose(alpha, gait.alpha, atol=1e-9)
@@ -141,6 +149,14 @@ def test_gaits_come_from_files_too(tmp_path: Path) -> None:
     [
         ("gaits = [", "it is not TOML"),
         ("gaits = ['gait3']\nperiods = 0", "periods must be between"),
+        ("gaits = ['gait3']\nperiods = []", "periods must be different values, one"),
+        ("gaits = []", r"gaits must be a list with at least one entry, got \[\]"),
+        ("gaits = 'gait3'", "gaits must be a list with at least one entry"),
+        ("gaits = ['gait3']\nsample.kind = 'random'", "sample.kind must be grid, or"),
+        (
+            "gaits = ['gait3']\nsample = {kind = 'grid', count = 3}",
+            "sample.kind must be grid, or random with a count",
+        ),
         ("gaits = ['none.csv']", r"gait 1: gait file '.*none\.csv' cannot be read"),
     ],
 )
@@ -254,6 +270,7 @@ def test_what_is_there_is_kept_and_the_rest_is_flown(
     counts = [word.split(",")[0] for word in words if "of 8" in word]
     assert counts == [f"{k} of 8 cases" for k in range(5, 9)]
     assert re.fullmatch(r"7 of 8 cases, about 0:00:\d\d left", words[-2])
+    assert words[-1] == "8 of 8 cases"
     part = folder / "rows" / "part-00002.parquet"
     part.write_bytes(part.read_bytes()[:500])
     with pytest.raises(FileProblem, match=r"rows cannot be read: .*part-00002"):
