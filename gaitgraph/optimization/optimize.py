@@ -11,10 +11,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import combinations
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +35,14 @@ from gaitgraph.invertibility.coefficients import check_symmetric, coefficients_o
 from gaitgraph.invertibility.error_margins import closest_servo_margin
 from gaitgraph.invertibility.forms import FloatArray, rotors_of
 from gaitgraph.invertibility.matrices import largest_least_singular_value
-from gaitgraph.optimization import least_effort
+from gaitgraph.optimization.least_effort import (
+    FEWEST_PIECES,
+    LeastEffort,
+    SmoothLoop,
+    WithinCells,
+    control_points_along,
+    power_pieces,
+)
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.request import groups_of_repeats, merge_notes
 from gaitgraph.planning.shortest_paths import ShortestPaths
@@ -63,7 +69,7 @@ from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Sequence
 
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
@@ -71,7 +77,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
-    from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop
     from gaitgraph.surface.region import Points, Region
     from gaitgraph.surface.sheets import Sign
 
@@ -86,7 +91,6 @@ CLEARANCE = 1e-5
 _CLOSE = 2e-5  # relative width to which levels are bracketed, about
 _CLOSE_MARGIN = 4e-4
 _FOLLOWED = 1e-5  # accuracy of the levels' polygons [rad]
-_COARSE = 1e-3  # and of those that decide most levels [rad]
 _MOST_WAYPOINTS = 40
 _MOST_PIECES = 400
 _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
@@ -205,17 +209,28 @@ class OptimalGait(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        answer = self._named("status", "reason", "objective", "sign")
-        answer |= self._named(
+        answer = self._plain("status", "reason", "objective", "sign")
+        answer |= self._plain(
             "waypoints", "radius", "period", "value", "bound", "effort"
         )
-        answer |= self._curve_as_mapping()
-        answer["history"] = list(self.history)
+        answer |= {"length": None, "optimality": None, "passed": [], "times": []}
+        answer |= {"path": [], "colors": [], "history": list(self.history)}
+        if self.curve is not None:
+            path = self.curve.polyline(_CHORD)
+            answer["length"] = self.curve.length
+            answer["optimality"] = self._plain(
+                "gap", "stationarity", "violation", "active"
+            )
+            answer |= self._plain("passed", "times")
+            answer["path"] = path.alpha.tolist()
+            answer["colors"] = list(path.colors)
         answer |= verdict_of(self.judged)
-        answer["warnings"] = self._warnings()
+        answer["warnings"] = self._warnings
+        if self.standstill:
+            answer["warnings"].insert(0, self.standstill)
         return answer
 
-    def _named(self, *names: str) -> dict[str, Any]:
+    def _plain(self, *names: str) -> dict[str, Any]:
         """Return fields as plain values."""
         fields = {}
         for name in names:
@@ -225,24 +240,10 @@ class OptimalGait(Pictured):
             fields[name] = value
         return fields
 
-    def _curve_as_mapping(self) -> dict[str, Any]:
-        if self.curve is None:
-            none: dict[str, Any] = {"length": None, "optimality": None}
-            return none | {"passed": [], "times": [], "path": [], "colors": []}
-        path = self.curve.polyline(_CHORD)
-        return {
-            "length": self.curve.length,
-            "optimality": self._named("gap", "stationarity", "violation", "active"),
-            **self._named("passed", "times"),
-            "path": path.alpha.tolist(),
-            "colors": list(path.colors),
-        }
-
+    @property
     def _warnings(self) -> list[str]:
-        """Return all warnings."""
+        """All warnings, of the search and of the report."""
         warnings = list(self.warnings)
-        if self.standstill:
-            warnings.insert(0, self.standstill)
         if self.judged is not None:
             warnings += self.judged.warnings
         return warnings
@@ -259,20 +260,16 @@ class OptimalGait(Pictured):
         value = scale * (self.value or 0.0)
         bound = scale * (self.bound or 0.0)
         relation = "R > 0" if self.sign == "positive" else "R < 0"
-        lines = []
-        if self.standstill:
-            lines.append(self.standstill)
-        lines.append(
-            f"{what} {value:.4f}{unit}; any gait through these discs has at most {bound:.4f}{unit}"
-        )
-        lines.append(
+        lines = [
+            f"{what} {value:.4f}{unit}; any gait through these discs has at most {bound:.4f}{unit}",
             f"{relation}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
-            f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}"
-        )
-        lines += self.report.lines
-        warnings = self.warnings + tuple(self.report.warnings)
-        lines += [f"warning: {warning}" for warning in warnings]
+            f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}",
+            *self.judged.lines,
+            *(f"warning: {warning}" for warning in self._warnings),
+        ]
+        if self.standstill:
+            lines.insert(0, self.standstill)
         return "\n".join(lines)
 
 
@@ -343,7 +340,7 @@ def optimal_gait(
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
     pieces = min(max(36, 12 * len(discs.radii)), 240) if pieces is None else pieces
-    pieces = whole_number("pieces", pieces, least_effort.FEWEST_PIECES, _MOST_PIECES)
+    pieces = whole_number("pieces", pieces, FEWEST_PIECES, _MOST_PIECES)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     numbers = coefficients_of(vehicle, coefficients)
     base = OptimalGait(
@@ -357,32 +354,29 @@ def optimal_gait(
     until = math.inf
     if deadline is not None:
         until = monotonic() + checked_number("deadline", deadline)
-    answers = []
     signs = SIGNS[::-1] if sign == "auto" else (sign,)
-    for one in signs:
-        region = admissible_region(vehicle, sign=one, floor=floor, zones=zones)
+    answers = []
+    for side in signs:
         search = _Search(
-            replace(base, sign=one),
-            discs,
-            region,
-            vehicle,
-            numbers,
-            floor,
-            pieces,
-            until,
-            progress,
+            base=replace(base, sign=side),
+            discs=discs,
+            region=admissible_region(vehicle, sign=side, floor=floor, zones=zones),
+            vehicle=vehicle,
+            coefficients=numbers,
+            floor=floor,
+            pieces=pieces,
+            until=until,
+            progress=progress,
         )
         answers.append(search.answer(float(concession)))
-    found = [answer for answer in answers if answer]
-    if not found:
-        reason = "; ".join(
-            f"R {'>' if a.sign == 'positive' else '<'} 0: {a.reason}" for a in answers
-        )
-        return replace(base, reason=reason)
-    return max(
-        found,
-        key=lambda answer: (answer.value or 0.0, answer.sign == "positive"),
-    )
+    if not any(answers):
+        reasons = []
+        for answer in answers:
+            relation = ">" if answer.sign == "positive" else "<"
+            reasons.append(f"R {relation} 0: {answer.reason}")
+        return replace(base, reason="; ".join(reasons))
+    # Of equal ones the first, that with R > 0.
+    return max(filter(None, answers), key=lambda answer: answer.value or 0.0)
 
 
 def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
@@ -451,10 +445,6 @@ def highest_level(
     A loop that keeps the lower end can stay 3e-5 rad away from every border. `of_margin` are the sign of R and the floor,
     as in :func:`level_region`.
     """
-
-    def level_of(level: float, accuracy: float) -> Region:
-        return level_region(objective, level, vehicle, accuracy, **of_margin)
-
     close = _CLOSE
     if objective == "servo_margin":
         close = _CLOSE_MARGIN  # what is proven of a gait is not closer
@@ -462,28 +452,19 @@ def highest_level(
     high = _highest(objective, vehicle)
     while high - low > 4 * close * max(high, 1e-3):
         middle = (low + high) / 2
-        if _may_keep(region, partial(level_of, middle), discs):
+        kept = level_region(objective, middle, vehicle, _FOLLOWED, **of_margin)
+        if component_meeting(region.outer & kept.outer, discs) is not None:
             low = middle
         else:
             high = middle
     # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
     for given_up in (close * 2.0 ** np.arange(16)).tolist():
         level = high * (1 - given_up)
-        inner: Any = region.inner & level_of(level, _FOLLOWED).inner
-        if component_meeting(offset(inner, -3 * CLEARANCE), discs) is not None:
+        kept = level_region(objective, level, vehicle, _FOLLOWED, **of_margin)
+        inner = offset(region.inner & kept.inner, -3 * CLEARANCE)
+        if component_meeting(inner, discs) is not None:
             return level, high
     return 0.0, high
-
-
-def _may_keep(region: Region, level: Callable[[float], Region], discs: Discs) -> bool:
-    """Return whether a loop through discs may keep a level; coarse polygons decide that for most levels."""
-    for accuracy in (_COARSE, _FOLLOWED):
-        kept = level(accuracy)
-        if component_meeting(region.outer & kept.outer, discs) is None:
-            return False
-        if component_meeting(region.inner & kept.inner, discs) is not None:
-            return True
-    return True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -524,7 +505,8 @@ class _TimedCurve(TimedGait):
         return np.asarray(np.abs(self.curve.at(turns, order)).max(axis=0))
 
 
-class _Search(NamedTuple):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Search:
     """The search for one sign of R: `base` is the answer without a gait."""
 
     base: OptimalGait
@@ -539,44 +521,46 @@ class _Search(NamedTuple):
 
     def answer(self, concession: float) -> OptimalGait:
         """Return the best gait, or why there is none."""
-        region, discs, objective = self.region, self.discs, self.base.objective
-        within = component_meeting(region.inner, discs)
+        within = component_meeting(self.region.inner, self.discs)
         if within is None:
             return replace(self.base, reason=self._why_apart())
-
         # The best worst case of all loops is bracketed; then the loop stays where the lower end is kept.
-        of_margin: Any = {"sign": self.base.sign, "floor": self.floor}
         lower, bound = highest_level(
-            region, objective, discs, self.vehicle, **of_margin
+            self.region,
+            self.base.objective,
+            self.discs,
+            self.vehicle,
+            **self._of_margin,
         )
-        best, calm = (
-            region.inner
-            & level_region(objective, level, self.vehicle, **of_margin).inner
-            for level in (lower, lower * (1 - concession))
-        )
-        polygon = component_meeting(calm, discs) or within
-
         # Discs that share a point are passed by standing still there.
-        here = self._standing(best)
-        if here is not None:
-            return self._described(here, [0.0], None, bound)
-
-        # The loop of least effort, from shortest paths between points near the centres.
+        still = self._standing(self._keeping(lower))
+        if still is not None:
+            return self._described(still, bound)
+        calm = component_meeting(self._keeping(lower * (1 - concession)), self.discs)
         # The border is drawn with fewer corners, all of it inside.
         inside = component_meeting(
-            shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs
+            shapely.simplify(offset(calm or within, -CLEARANCE), CLEARANCE), self.discs
         )
         if inside is not None:
-            problem = least_effort.LeastEffort(inside, discs, CLEARANCE, self.until)
+            problem = LeastEffort(inside, self.discs, CLEARANCE)
             start = self._start(problem)
             if start is not None:
-                loop, history = problem.solve(start, self.progress)
-                if history:
-                    return self._described(loop, history, problem, bound)
+                return self._optimized(problem, start, bound)
         narrow = (
             f"every path through the discs is within {CLEARANCE:.5f} rad of a border"
         )
         return replace(self.base, reason=narrow)
+
+    @property
+    def _of_margin(self) -> dict[str, Any]:
+        """What the levels of the servo margin depend on, too."""
+        return {"sign": self.base.sign, "floor": self.floor}
+
+    def _keeping(self, level: float) -> BaseGeometry:
+        """Return the part of the region where the objective is at least a level."""
+        objective = self.base.objective
+        kept = level_region(objective, level, self.vehicle, **self._of_margin)
+        return self.region.inner & kept.inner
 
     def _why_apart(self) -> str:
         """Return why no component of the region meets every disc: which disc misses it, or which two lie apart."""
@@ -587,22 +571,19 @@ class _Search(NamedTuple):
             np.array(region.components)[:, None], shapely.points(discs.centers)
         )
         meets = distance <= discs.radii + ROUND_OFF
-        for k in np.flatnonzero(~meets.any(axis=0)).tolist():
-            x, y = discs.centers[k]
-            a, b = region.nearest(discs.centers[k]) or discs.centers[k]
-            return (
-                f"waypoint {k + 1} ({x:.4f}, {y:.4f}) is not flyable ({region.why_not(discs.centers[k])}); the nearest "
-                f"flyable point, ({a:.4f}, {b:.4f}), is {distance[:, k].min():.4f} rad away, more than its radius "
-                f"{discs.radii[k]:.4g}"
-            )
+        for k, (x, y) in enumerate(discs.centers.tolist()):
+            if not meets[:, k].any():
+                ((a, b),) = region.nearest_joined([(x, y)])
+                return (
+                    f"waypoint {k + 1} ({x:.4f}, {y:.4f}) is not flyable ({region.why_not((x, y))}); the nearest "
+                    f"flyable point, ({a:.4f}, {b:.4f}), is {distance[:, k].min():.4f} rad away, more than its radius "
+                    f"{discs.radii[k]:.4g}"
+                )
         for first, second in combinations(range(len(discs.radii)), 2):
             if not (meets[:, first] & meets[:, second]).any():
-                factor = separating_factor(
-                    discs.centers[first].tolist(),
-                    discs.centers[second].tolist(),
-                    vehicle,
-                )
                 apart = f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region"
+                start, end = discs.centers[[first, second]].tolist()
+                factor = separating_factor(start, end, vehicle)
                 if factor:
                     apart += f", separated by {factor}"
                 return apart
@@ -610,29 +591,26 @@ class _Search(NamedTuple):
 
     def _standing(self, shape: BaseGeometry) -> SmoothLoop | None:
         """Return the loop that stands still in a point of all discs and of a shape, clear of its border, if any."""
-        shared = offset(shape, -2 * CLEARANCE)
-        for center, radius in zip(*self.discs, strict=True):
-            disc = shapely.Point(center)
-            if radius > 0:  # the polygon lies inside the disc
-                disc = shapely.buffer(disc, radius * (1 - 1e-9), quad_segs=64)
-            shared = shared & disc
+        centers: Any = shapely.points(self.discs.centers)
+        radii = self.discs.radii
+        # Polygons that lie inside the discs.
+        inside = shapely.buffer(centers, radii * (1 - 1e-9), quad_segs=64)
+        discs = np.where(radii > 0, inside, centers).tolist()
+        shared = shapely.intersection_all([offset(shape, -2 * CLEARANCE), *discs])
         if shared.is_empty:
             return None
-        point = shapely.point_on_surface(shared).coords[0]
-        passes = np.linspace(0.0, self.pieces, len(self.discs.radii), endpoint=False)
-        return least_effort.SmoothLoop(
-            points=np.tile(np.array(point), (self.pieces, 1)), passes=passes
-        )
+        point = shapely.get_coordinates(shapely.point_on_surface(shared))
+        passes = np.linspace(0.0, self.pieces, len(radii), endpoint=False)
+        return SmoothLoop(points=np.tile(point, (self.pieces, 1)), passes=passes)
 
     def _start(self, problem: LeastEffort) -> SmoothLoop | None:
         """Return a loop along shortest legs from one disc to the next, as a start."""
         for erosion in _EROSIONS:
             eroded = component_meeting(offset(problem.polygon, -erosion), self.discs)
-            if eroded is None:
-                continue
-            loop = self._along_legs(eroded, erosion / 2)
-            if loop is not None and problem.keeps_inside(loop):
-                return loop
+            if eroded is not None:
+                loop = self._along_legs(eroded, erosion / 2)
+                if loop is not None and problem.admits(loop):
+                    return loop
         return None
 
     def _along_legs(self, polygon: Polygon, tolerance: float) -> SmoothLoop | None:
@@ -646,72 +624,74 @@ class _Search(NamedTuple):
         corners: list[FloatArray] = []
         met = []  # the number of the corner at each stop
         for here, there in zip(stops, np.roll(stops, -1, axis=0), strict=True):
-            leg = paths.path(here, there)
-            if leg is None:
-                leg = np.array([here, there])
+            leg: Any = paths.path(here, there)
             if len(leg) > 2:
                 line = shapely.simplify(shapely.LineString(leg), tolerance)
                 leg = shapely.get_coordinates(line)
             met.append(len(corners))
             corners += list(leg[:-1])
-        if not corners:  # all stops are one point
-            corners = [stops[0]]
+        corners = corners or [stops[0]]  # all stops may be one point
         if 3 * len(corners) > _MOST_PIECES:
             return None
-        points, knots = least_effort.control_points_along(
-            np.array(corners), self.pieces
-        )
+        points, knots = control_points_along(np.array(corners), self.pieces)
         # The last stop may be the first again.
         passes = np.append(knots, len(points))[met].astype(float)
-        return least_effort.SmoothLoop(points=points, passes=passes)
+        return SmoothLoop(points=points, passes=passes)
+
+    def _optimized(
+        self, problem: LeastEffort, start: SmoothLoop, bound: float
+    ) -> OptimalGait:
+        """Return the answer that the loop of least effort is, from a start."""
+        loop, efforts = problem.solve(start, self.until, self.progress)
+        if loop.effort == 0:
+            return self._described(loop, bound)
+        residual, held, by_border = WithinCells(problem, loop).stationarity()
+        active = [f"waypoint {number + 1}" for number in held]
+        if by_border:
+            active.append("the kept level, or the border of the flyable region")
+        warnings = self.base.warnings
+        if monotonic() > self.until:
+            warnings += (_LATE,)
+        elif residual > _SETTLED:
+            warnings += (f"{_UNSETTLED} (first-order residual {residual:.1e})",)
+        return self._described(
+            loop,
+            bound,
+            history=tuple(2.0 / self.base.period * effort for effort in efforts),
+            stationarity=residual,
+            active=tuple(active),
+            warnings=warnings,
+        )
 
     def _described(
-        self,
-        loop: SmoothLoop,
-        history: Iterable[float],
-        problem: LeastEffort | None,
-        bound: float,
+        self, loop: SmoothLoop, bound: float, **optimality: Any
     ) -> OptimalGait:
         """Return the answer that a loop is, every number of it taken from the loop itself."""
-        period, width = self.base.period, self.base.period / len(loop.points)
+        period = self.base.period
+        width = period / len(loop.points)
         curve = Curve(
             breaks=np.linspace(0.0, period, len(loop.points) + 1),
-            pieces=least_effort.power_pieces(loop.points, width),
+            pieces=power_pieces(loop.points, width),
             vehicle=self.vehicle,
             coefficients=self.coefficients,
         )
-        plane, times = loop.passed(), loop.passes * width
-        passed = np.hstack([plane, plane])
-        answer = replace(
-            self.base, curve=curve, passed=passed, times=times, bound=bound
-        )
+        answer = replace(self.base, curve=curve)
         report = curve.check(floor=self.floor).with_timing(answer.timed())
-        effort = 2.0 / period * loop.effort
         value = self._worst_case(report, curve)
-        stationarity = 0.0
-        active: list[str] = []
-        if problem is not None and effort > 0:
-            stationarity, held, by_border = problem.program(loop).stationarity()
-            active += [f"waypoint {number + 1}" for number in held]
-            if by_border:
-                active.append("the kept level, or the border of the flyable region")
-        warnings = self.base.warnings
-        if problem is not None and not problem.in_time:
-            warnings += (_LATE,)
-        elif stationarity > _SETTLED:
-            warnings += (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",)
+        plane = loop.passed()
+        at_rest: dict[str, Any] = {"history": (0.0,), "stationarity": 0.0}
         return replace(
             answer,
             reason=None if report.flyable else report.reason,
             judged=report,
             value=value,
-            effort=effort,
+            bound=bound,
+            effort=2.0 / period * loop.effort,
             gap=abs(bound - value) / bound if bound > 0 else 0.0,
-            stationarity=stationarity,
             violation=max(self.discs.misses(plane), 0.0),
-            active=tuple(active),
-            history=tuple(2.0 / period * one for one in history),
-            warnings=warnings,
+            passed=np.hstack([plane, plane]),
+            times=loop.passes * width,
+            **(at_rest | optimality),
         )
 
     def _worst_case(self, report: Report, curve: Curve) -> float:
@@ -722,11 +702,11 @@ class _Search(NamedTuple):
             closed = np.concatenate([corners, corners[:1]])
             margin = closest_servo_margin(closed, self.vehicle, floor=self.floor)
             return max(margin.proven - _CHORD, 0.0)
-        found = {check.name: float(check.value or 0.0) for check in report.checks}
+        values = {check.name: float(check.value or 0.0) for check in report.checks}
         if self.base.objective == "singular_value":
-            return found["least_singular_value"]
+            return values["least_singular_value"]
         most = self.vehicle.thrust_share
         if most is None:
-            return found["hover_thrust"]
-        used = found["thrust_limit"] / float(self.vehicle.max_thrust or 1.0)
-        return min(found["hover_thrust"], most * (1 - used))
+            return values["hover_thrust"]
+        used = values["thrust_limit"] / float(self.vehicle.max_thrust or 1.0)
+        return min(values["hover_thrust"], most * (1 - used))

@@ -36,9 +36,9 @@ from gaitgraph.gait.table import (
     tilt_angles,
     warn_of_ends,
 )
-from gaitgraph.invertibility.coefficients import check_symmetric, coefficients_of
+from gaitgraph.invertibility.coefficients import check_symmetric
 from gaitgraph.invertibility.forms import FloatArray
-from gaitgraph.invertibility.matrices import IntArray, level_determinant
+from gaitgraph.invertibility.matrices import IntArray
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
@@ -54,10 +54,10 @@ if TYPE_CHECKING:
     from shapely import Polygon
 
     from gaitgraph.gait.given import GaitLike
-    from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.matrices import BoolArray
     from gaitgraph.surface.region import Points, Region
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
 MOST_ROWS = 200_000
 """A longer table is refused: thin it out first."""
@@ -160,61 +160,44 @@ class Retargeted(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        warnings = list(self.warnings)
-        if self.after is not None:
-            warnings += self.after.warnings
-        return {
-            "status": self.status,
-            "reason": self.reason,
-            **self._distances_as_mapping(),
-            "share": self.share,
-            "advice": self.advice,
-            **self._rows_as_mapping(),
-            "alternatives": list(self.alternatives),
-            "before": self.before.as_mapping(),
-            **verdict_of(self.after),
-            "warnings": warnings,
-        }
-
-    def _distances_as_mapping(self) -> dict[str, Any]:
         names = ("rows", "unchanged", "added", "total", "rms", "largest", "largest_row")
-        if self.moved is None:
-            return dict.fromkeys(names)
-        largest, row = self.largest
-        return {
-            "rows": len(self.moved),
-            "unchanged": self.unchanged,
-            "added": self.added,
-            "total": self.total,
-            "rms": self.rms,
-            "largest": largest,
-            "largest_row": row,
-        }
-
-    def _rows_as_mapping(self) -> dict[str, Any]:
-        if self.table is None or self.moved is None or self.rows is None:
-            return {"moved": [], "new_rows": [], "path": [], "colors": [], "t": None}
-        t = self.table.columns.get("t")
-        return {
-            "moved": self.moved.tolist(),
-            "new_rows": (self.rows + 1).tolist(),
-            "path": self.table.alpha.tolist(),
-            "colors": list(self.table.columns["color"]),
-            "t": None if t is None else t.tolist(),
-        }
+        answer: dict[str, Any] = {"status": self.status, "reason": self.reason}
+        answer |= dict.fromkeys(names)
+        answer |= {"share": self.share, "advice": self.advice}
+        answer |= {"moved": [], "new_rows": [], "path": [], "colors": [], "t": None}
+        answer["alternatives"] = list(self.alternatives)
+        answer["before"] = self.before.as_mapping()
+        answer |= verdict_of(self.after)
+        answer["warnings"] = list(self.warnings)
+        if self.table is not None and self.rows is not None and self.after is not None:
+            moved = self._moves().tolist()
+            largest, row = self.largest
+            answer |= {
+                "rows": len(moved),
+                "unchanged": self.unchanged,
+                "added": self.added,
+                "total": self.total,
+                "rms": self.rms,
+                "largest": largest,
+                "largest_row": row,
+                "moved": moved,
+                "new_rows": (self.rows + 1).tolist(),
+                "path": self.table.alpha.tolist(),
+                "colors": list(self.table["color"]),
+            }
+            if "t" in self.table:
+                answer["t"] = self.table["t"].tolist()
+            answer["warnings"] += self.after.warnings
+        return answer
 
     def __repr__(self) -> str:
         if not self:
             return "<Retargeted: infeasible>"
-        return f"<Retargeted: {self._lines()[0]}>"
+        return f"<Retargeted: {str(self).splitlines()[0]}>"
 
     def __str__(self) -> str:
-        return "\n".join(self._lines())
-
-    def _lines(self) -> list[str]:
-        """Return the lines of the text."""
-        if self.after is None:
-            return [f"No gait: {self.reason}", f"before: {self.before.verdict}"]
+        if self.after is None or self.table is None:
+            return f"No gait: {self.reason}\nbefore: {self.before.verdict}"
         lines = []
         if _is_little(self.share):
             lines.append(self._little)
@@ -231,12 +214,10 @@ class Retargeted(Pictured):
             lines.append(word + report.verdict)
             if not report.flyable:
                 lines.append(f"        {report.reason}")
-        lines += [f"warning: {warning}" for warning in self.warnings]
-        told = ""
-        if self.table is not None:
-            told = note_on_ends(self.table.alpha)
+        told = note_on_ends(self.table.alpha)
         notes = [note for note in self.after.notes if note != told]
-        return lines + [f"warning: {note}" for note in notes]
+        lines += [f"warning: {warning}" for warning in (*self.warnings, *notes)]
+        return "\n".join(lines)
 
     @property
     def _little(self) -> str:
@@ -324,94 +305,52 @@ def retarget(
         narrow = f"no point of the flyable region is {margin:g} rad from its border; use a smaller margin"
         return replace(refused, reason=narrow)
 
-    motion = _motion_of(table, numbers)
-    stays = bool(before.flyable) and _stays(motion, region, sign, chosen)
-    new = _new_rows(motion, region, keep, stays=stays)
-    if new is None:
+    given, turned = _without_turns(tilt_angles(table, numbers))
+    loop = given[: len(given) - is_closed(given)]
+    placements = _placements(loop, region.components, keep)
+    if not placements:
         reason = f"{100 * number_of(keep):.3g} % of the motion fits nowhere; lower keep"
         return replace(refused, reason=reason)
+    if before.flyable and not turned.any() and _is_inside(loop, region):
+        alpha, placed = given, np.arange(len(given))
+    else:
+        nearest = min(placements, key=lambda placement: placement.total)
+        alpha, placed = _joined(nearest.plane, nearest.part)
+        if len(given) > len(loop):
+            # The closing row moves with the others, to the first.
+            placed = np.append(placed, len(alpha))
+            alpha = np.vstack([alpha, alpha[:1]])
     gait = Gait(
-        alpha=new.alpha,
-        colors=("red",) * len(new.alpha),
+        alpha=alpha,
+        colors=("red",) * len(alpha),
         vehicle=chosen,
         coefficients=numbers,
         crossing_tolerance=crossing_tolerance,
     )
-    t = None
-    if "t" in table:
-        t = _times(table["t"], new, motion.closing)
-    about = {"made_by": "retarget", "sign": sign, "floor": floor, "margin": margin}
-    return _described(
-        _table_from(gait, t, **about),
-        motion,
-        new,
-        before,
-        advises=keep is None,
-        notes=zones.notes,
+    t = table.columns.get("t")
+    if t is not None:
+        t = _times(t, alpha, placed)
+    new = _table_from(
+        gait, t, made_by="retarget", sign=sign, floor=floor, margin=margin
     )
-
-
-class _NewRows(NamedTuple):
-    """New rows, shape (m, 4), where the given ones are among them, and the summed distances to each component."""
-
-    alpha: FloatArray
-    placed: IntArray
-    totals: FloatArray
-
-
-def _new_rows(
-    motion: _Motion, region: Region, keep: float | None, *, stays: bool
-) -> _NewRows | None:
-    """Return the rows of the new gait, in the nearest component; those given if they stay; None if nothing fits."""
-    parts = region.components
-    targets, totals = _targets(motion.rows, parts, keep)
-    if np.isnan(totals).all():
-        return None
-    alpha, placed = motion.rows, np.arange(len(motion.rows))
-    if not stays:
-        best = int(np.nanargmin(totals))
-        alpha, placed = _joined(_nearest(targets[best], parts[best]), parts[best])
-    if motion.closing:
-        # The closing row moves with the others, to the first.
-        last = motion.given[-1:] if stays else alpha[:1]
-        alpha = np.vstack([alpha, last])
-        placed = np.append(placed, len(alpha) - 1)
-    return _NewRows(alpha, placed, totals)
-
-
-def _described(
-    table: Table,
-    motion: _Motion,
-    new: _NewRows,
-    before: Report,
-    *,
-    advises: bool,
-    notes: tuple[str, ...],
-) -> Retargeted:
-    """Return the answer with a new table: its report, and how far each row moved."""
-    floor = table.about["floor"]
-    after = validate(table, floor=floor)
-    moved = np.linalg.norm(new.alpha[new.placed] - motion.given, axis=1)
-    share = None
-    given_length = Gait(alpha=motion.rows).length
-    if given_length > 0:
-        share = Gait(alpha=new.alpha).length / given_length
-    advice = None
-    if advises and _is_little(share):
-        advice = KEEP_HALF.python
-    totals = new.totals[~np.isnan(new.totals)]
+    after = validate(new, floor=floor)
+    moved = np.linalg.norm(alpha[placed] - given, axis=1)
+    share = _share(gait, loop)
+    warnings = zones.notes
+    if turned.any():
+        warnings += (f"took whole turns off α3 or α4 in {turned.sum()} rows",)
     return Retargeted(
         before=before,
         reason=None if after.flyable else after.reason,
-        table=table,
-        rows=new.placed,
+        table=new,
+        rows=placed,
         moved=moved,
-        unchanged=int(np.sum((moved == 0) & ~motion.turned)),
+        unchanged=int(np.sum((moved == 0) & ~turned)),
         after=after,
-        alternatives=tuple(np.sort(totals).tolist()),
+        alternatives=tuple(sorted(placement.total for placement in placements)),
         share=share,
-        advice=advice,
-        warnings=tuple(notes) + motion.notes,
+        advice=KEEP_HALF.python if keep is None and _is_little(share) else None,
+        warnings=warnings,
     )
 
 
@@ -419,100 +358,20 @@ def _is_little(share: float | None) -> bool:
     return share is not None and share < _LITTLE
 
 
-class _Motion(NamedTuple):
-    """A gait's rows with α3 and α4 within half a turn of α1 and α2, shape (n, 4) [rad]."""
-
-    given: FloatArray
-    turned: BoolArray  # which rows lost whole turns
-    closing: bool  # whether the last row is the first again
-
-    @property
-    def rows(self) -> FloatArray:
-        """The rows without the closing one."""
-        return self.given[: len(self.given) - self.closing]
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The warning about whole turns, if any were taken off."""
-        if not self.turned.any():
-            return ()
-        return (f"took whole turns off α3 or α4 in {self.turned.sum()} rows",)
+def _share(gait: Gait, loop: FloatArray) -> float | None:
+    """Return the length of a gait over that of a loop, None if that is zero."""
+    length = Gait(alpha=loop).length
+    if length == 0:
+        return None
+    return gait.length / length
 
 
-def _motion_of(table: Table, numbers: Coefficients) -> _Motion:
-    given = tilt_angles(table, numbers).copy()
-    turns = np.rint((given[:, 2:] - given[:, :2]) / _TURN)
-    turned = turns != 0  # other angles stay, bit by bit
-    given[:, 2:][turned] -= _TURN * turns[turned]
-    return _Motion(given, turned.any(axis=1), is_closed(given))
-
-
-def _stays(
-    motion: _Motion,
-    region: Region,
-    sign: Literal["positive", "negative"] | None,
-    vehicle: Vehicle,
-) -> bool:
-    """Return whether a flyable motion stays as it is: its loop lies in the region, to twice its accuracy."""
-    rows = motion.rows
-    if motion.turned.any():
-        return False
-    if sign is not None:
-        exact = coefficients_of(vehicle, "exact")
-        positive = level_determinant(rows[0], exact) > 0
-        if positive != (sign == "positive"):
-            return False
-    loop = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
-    return bool(shapely.covers(offset(region.inner, 2 * region.accuracy), loop))
-
-
-def _nearest(plane: FloatArray, part: Polygon) -> FloatArray:
-    """Return the points of a component nearest to given ones; those inside it stay, bit by bit."""
-    points: Any = shapely.points(plane)
-    outside = shapely.distance(part, points) > _ROUND_OFF
-    segments = shapely.get_coordinates(shapely.shortest_line(part, points[outside]))
-    nearest = plane.copy()
-    nearest[outside] = segments[::2]
-    return nearest
-
-
-def _targets(
-    rows: FloatArray, parts: Sequence[Polygon], keep: float | None
-) -> tuple[list[FloatArray], FloatArray]:
-    """Return what rows are moved towards in each component, points (α1, α2), and the summed distances to it.
-
-    Distances are in four dimensions. With `keep` the points are those of a smaller loop, NaN where it does not fit.
-    """
-    middle = (rows[:, :2] + rows[:, 2:]) / 2
-    off = np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2
-    if keep is None:
-        targets = [middle] * len(parts)
-        squares = (
-            shapely.distance(np.array(parts)[:, None], shapely.points(middle)) ** 2
-        )
-    else:
-        mean = middle.mean(axis=0)
-        targets = [_smaller(rows[:, :2], keep, part, mean) for part in parts]
-        squares = np.sum((np.array(targets) - middle) ** 2, axis=2)
-    return targets, np.sqrt(2 * squares + off).sum(axis=1)
-
-
-def _smaller(
-    plane: FloatArray, share: float, part: Polygon, wanted: FloatArray
-) -> FloatArray:
-    """Return a loop made smaller by a factor, inside a component, with its mean as near to a wanted point as possible.
-
-    The means that keep one row in the component form the component moved by minus the row. NaN if nothing fits.
-    """
-    shape = share * (plane - plane.mean(axis=0))
-    corners = shapely.get_coordinates(
-        shapely.simplify(shapely.linestrings(np.vstack([shape, shape[:1]])), _THINNED)
-    )
-    means = shapely.intersection_all([translate(part, *-by) for by in corners])
-    if means.is_empty:
-        return np.full_like(shape, np.nan)
-    line = shapely.shortest_line(means, shapely.Point(wanted))
-    return np.asarray(shape + shapely.get_coordinates(line)[0])
+def _without_turns(alpha: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return rows with α3 and α4 within half a turn of α1 and α2, and which rows lost whole turns; others stay."""
+    turns = np.zeros(alpha.shape)
+    turns[:, 2:] = np.rint((alpha[:, 2:] - alpha[:, :2]) / _TURN)
+    turned = np.asarray(turns.any(axis=1))
+    return np.where(turns == 0, alpha, alpha - _TURN * turns), turned
 
 
 def _given_table(source: GaitLike) -> Table:
@@ -535,7 +394,7 @@ def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:
     columns: dict[str, Any] = {}
     if t is not None:
         columns["t"] = t
-    columns |= dict(zip(ANGLES, gait.alpha.T.copy(), strict=True))
+    columns |= zip(ANGLES, gait.alpha.T.copy(), strict=True)
     if gait.colors:
         columns |= {"color": gait.colors, "types": gait.types, "R": gait.R}
     shared = {
@@ -546,34 +405,89 @@ def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:
     return Table(columns=columns, about=shared | about)
 
 
+def _is_inside(rows: FloatArray, region: Region) -> bool:
+    """Return whether the loop through rows lies in the region, to twice its accuracy."""
+    loop = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
+    return bool(shapely.covers(offset(region.inner, 2 * region.accuracy), loop))
+
+
+class _Placement(NamedTuple):
+    """Where the rows go in one component: points (α1, α2), and the sum of their distances in four dimensions [rad]."""
+
+    part: Polygon
+    plane: FloatArray
+    total: float
+
+
+def _placements(
+    rows: FloatArray, parts: Sequence[Polygon], keep: float | None
+) -> list[_Placement]:
+    """Return where the rows go in each component, in which they fit: to the nearest points, or as a smaller loop."""
+    placements = []
+    middle = (rows[:, :2] + rows[:, 2:]) / 2
+    for part in parts:
+        wanted: FloatArray | None = middle
+        if keep is not None:
+            wanted = _smaller(rows[:, :2], keep, part, middle.mean(axis=0))
+        if wanted is not None:
+            plane = _nearest(wanted, part)
+            moves = np.linalg.norm(np.hstack([plane, plane]) - rows, axis=1)
+            placements.append(_Placement(part, plane, float(moves.sum())))
+    return placements
+
+
+def _nearest(plane: FloatArray, part: Polygon) -> FloatArray:
+    """Return the points of a component nearest to given ones; those inside it stay, bit by bit."""
+    points: Any = shapely.points(plane)
+    nearest = shapely.get_coordinates(shapely.shortest_line(part, points))[::2]
+    is_inside = shapely.dwithin(part, points, _ROUND_OFF)
+    return np.where(is_inside[:, None], plane, nearest)
+
+
+def _smaller(
+    plane: FloatArray, share: float, part: Polygon, wanted: FloatArray
+) -> FloatArray | None:
+    """Return a loop made smaller by a factor, inside a component, with its mean as near to a wanted point as possible.
+
+    The means that keep one row in the component form the component moved by minus the row. None if nothing fits.
+    """
+    shape = share * (plane - plane.mean(axis=0))
+    corners = shapely.get_coordinates(
+        shapely.simplify(shapely.linestrings(np.vstack([shape, shape[:1]])), _THINNED)
+    )
+    means = shapely.intersection_all([translate(part, *-by) for by in corners])
+    if means.is_empty:
+        return None
+    line = shapely.shortest_line(means, shapely.Point(wanted))
+    return np.asarray(shape + shapely.get_coordinates(line)[0])
+
+
 def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
     """Return red rows through points, others added where a segment leaves the component, and the points' numbers."""
     ends = np.roll(plane, -1, axis=0)
     around = offset(part, _ROUND_OFF)
     shapely.prepare(around)
-    lines = shapely.linestrings(np.stack([plane, ends], axis=1))
-    straight = shapely.covers(around, lines) | (plane == ends).all(axis=1)
-    pieces = [plane[k : k + 1] for k in range(len(plane))]
-    if not straight.all():
-        paths = ShortestPaths(part)
-        for k in np.flatnonzero(~straight).tolist():
-            path = paths.path(plane[k], ends[k])
-            if path is not None:
-                pieces[k] = np.vstack([plane[k], path[1:-1]])
+    lines: Any = shapely.linestrings(np.stack([plane, ends], axis=1))
+    leaves = ~shapely.covers(around, lines)
+    paths = ShortestPaths(part)
+    pieces = []
+    for start, end, bends in zip(plane, ends, leaves, strict=True):
+        piece: Any = start[None]
+        if bends:
+            path: Any = paths.path(start, end)
+            piece = np.vstack([start, path[1:-1]])
+        pieces.append(piece)
     new = np.concatenate(pieces)
     lengths = np.array(list(map(len, pieces)))
     return np.hstack([new, new]), np.cumsum(lengths) - lengths
 
 
-def _times(t: FloatArray, new: _NewRows, closing: bool) -> FloatArray:
+def _times(t: FloatArray, alpha: FloatArray, placed: IntArray) -> FloatArray:
     """Return the time of each new row: given rows keep theirs, added ones get theirs by length."""
-    steps = np.linalg.norm(np.diff(new.alpha, axis=0, append=new.alpha[:1]), axis=1)
+    steps = np.linalg.norm(np.diff(alpha, axis=0, append=alpha[:1]), axis=1)
     gone = np.append(0.0, np.cumsum(steps))
-    if closing:
-        times = np.interp(gone[:-1], gone[new.placed], t)
-    else:
-        # The way back to the first row takes until the time at which the period ends.
-        ends = np.append(t, closing_time(t[0], t[-1], len(t)))
-        times = np.interp(gone[:-1], gone[np.append(new.placed, -1)], ends)
-    times[new.placed] = t
+    # The way back to the first row takes until the time at which the period ends.
+    ends = np.append(t, closing_time(t[0], t[-1], len(t)))
+    times = np.interp(gone[:-1], gone[np.append(placed, -1)], ends)
+    times[placed] = t
     return np.asarray(times)
