@@ -60,8 +60,15 @@ _handlers: list[Any] = []  # the original one of warnings, for each flight in pr
 
 
 @lru_cache(maxsize=8)
-def _compiled(text: str) -> Any:
-    return mujoco_library().MjModel.from_xml_string(text)
+def _model_of(vehicle: Vehicle, step: float, air: bool) -> Any:
+    """Return the model of a vehicle, of which each engine has a copy; errors as for :class:`Engine`."""
+    text = mjcf_of(vehicle, step=step, air=air)
+    try:
+        return mujoco_library().MjModel.from_xml_string(text)
+    except ValueError as error:  # constants of extreme sizes
+        reason = " ".join(str(error).split())
+        rule = "mass, inertia and arm length must be in the range of the physics engine"
+        raise InputError(f"{rule}, got those of {vehicle.name!r} ({reason})") from None
 
 
 @contextmanager
@@ -115,15 +122,7 @@ class Engine:
     ) -> None:
         vehicle = vehicle_named(vehicle)
         checked_number("step", step, "a positive number (s)", above=True)
-        text = mjcf_of(vehicle, step=step, air=air)
-        try:
-            self.model = copy(_compiled(text))
-        except ValueError as error:  # constants of extreme sizes
-            reason = " ".join(str(error).split())
-            rule = "mass, inertia and arm length must be in the range of the physics engine"
-            raise InputError(
-                f"{rule}, got those of {vehicle.name!r} ({reason})"
-            ) from None
+        self.model = copy(_model_of(vehicle, step, air))
         self.data = self.mujoco.MjData(self.model)
 
     @property
