@@ -275,22 +275,21 @@ def test_many_places_have_a_good_order() -> None:
     assert shortest_order(11, lambda a, b: 0.0) == tuple(range(11))
 
 
-@pytest.mark.parametrize(("number", "until"), [(12, 0.0), (201, 1e12)])
 @pytest.mark.parametrize("seed", range(4))
-def test_without_time_each_place_is_followed_by_the_nearest_if_that_is_shorter(
-    seed: int, number: int, until: float
+def test_in_a_hurry_each_place_is_followed_by_the_nearest_if_that_is_shorter(
+    seed: int,
 ) -> None:
-    """So it is for more than 200 places, since the better algorithm cannot be stopped."""
-    places = np.random.default_rng(seed).uniform(0, 1, (number, 2))
+    places = np.random.default_rng(seed).uniform(0, 1, (12, 2))
     apart = np.linalg.norm(places[:, None] - places, axis=2)
-    order = shortest_order(number, lambda a, b: apart[a, b], apart, until=until) or ()
-    nearest, left = [0], set(range(1, number))
+    order = shortest_order(12, lambda a, b: apart[a, b], nearest_next=True) or ()
+    nearest, left = [0], set(range(1, 12))
     while left:
         here = nearest[-1]
         nearest.append(min(left, key=lambda place: apart[here, place]))
         left.remove(nearest[-1])
-    given = list(range(number))
-    assert list(order) == min((given, nearest), key=lambda way: total(way, apart))
+    back = [0, *nearest[:0:-1]]
+    shorter = min((list(range(12)), nearest), key=lambda way: total(way, apart))
+    assert list(order) in (shorter, back)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, permutations, product
 from operator import itemgetter
-from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -367,60 +366,42 @@ def best_order(
 def shortest_order(
     number: int,
     length: Callable[[int, int], float],
-    at_least: FloatArray | None = None,
-    until: float | None = None,
+    *,
+    nearest_next: bool = False,
 ) -> tuple[int, ...] | None:
     """Return an order of places, counted from 0, that makes a short closed path; None if two cannot be joined.
 
-    With `until`, a time of :func:`time.monotonic`, lengths are measured until then, those of near places first. If the
-    time passes, `at_least`, shape (number, number), stands for the others, and each place is followed by the nearest;
-    so it is for more than 200 places, since the better algorithm cannot be stopped.
-
     `length` returns that of the shortest path between two places, a whole number of quanta, infinite if there is none.
     Up to nine places all orders are tried. For more the order is approximate, by Christofides' algorithm: its path is
-    at most 1.5 times as long as the shortest, and not longer than in the given order.
+    at most 1.5 times as long as the shortest, and not longer than in the given order. With `nearest_next` each place
+    is followed by the nearest instead, which takes less time.
     """
-    lengths = np.zeros((number, number)) if at_least is None else at_least.copy()
-    near_first = sorted(combinations(range(number), 2), key=lengths.__getitem__)
-    is_in_time = until is None or number <= MOST_IN_TIME
-    for a, b in near_first:
-        if until is not None and monotonic() > until:
-            is_in_time = False
-            break
+    lengths = np.zeros((number, number))
+    for a, b in combinations(range(number), 2):
         lengths[a, b] = lengths[b, a] = length(a, b)
         if math.isinf(lengths[a, b]):
             return None
-    orders: list[tuple[int, ...]] = [tuple(range(number))]
-    if not is_in_time:
-        orders.append(_nearest_next(lengths))
-    elif number <= MOST_ANY_ORDER:
+    if number <= MOST_ANY_ORDER:
         orders = [(0, *rest) for rest in permutations(range(1, number))]
     else:
-        orders.append(_approximate_order(lengths))
+        orders = [tuple(range(number)), _approximate_order(lengths, nearest_next)]
     # Whole numbers, so that orders of the same length tie exactly; the first one is taken.
     table = np.array(orders)
     totals = lengths[table, np.roll(table, -1, axis=1)].sum(axis=1)
     return orders[int(totals.argmin())]
 
 
-def _nearest_next(lengths: FloatArray) -> tuple[int, ...]:
-    """Return the order in which each place is followed by the nearest of those that are left."""
-    left = lengths.copy()
-    order = [0]
-    for _ in range(len(lengths) - 1):
-        left[:, order[-1]] = math.inf
-        order.append(int(left[order[-1]].argmin()))
-    return tuple(order)
-
-
-def _approximate_order(lengths: FloatArray) -> tuple[int, ...]:
+def _approximate_order(lengths: FloatArray, nearest_next: bool) -> tuple[int, ...]:
     """Return a short closed order that begins with 0, in the direction whose second place has the smaller number."""
     import networkx as nx
 
     complete: nx.Graph[int] = nx.Graph()
     for a, b in combinations(range(len(lengths)), 2):
         complete.add_edge(a, b, weight=lengths[a, b])
-    closed = nx.approximation.christofides(complete)
+    if nearest_next:
+        closed = nx.approximation.greedy_tsp(complete, source=0)
+    else:
+        closed = nx.approximation.christofides(complete)
     start = closed.index(0)
     order = closed[start:-1] + closed[:start]
     if order[1] > order[-1]:

@@ -10,19 +10,15 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache, cached_property, lru_cache
-from itertools import groupby, pairwise
+from itertools import count, groupby, pairwise
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import shapely
 
-from gaitgraph.graph.walks import (
-    MOST_IN_TIME,
-    QUANTA_PER_RADIAN,
-    quanta_of,
-    shortest_order,
-)
+from gaitgraph.errors import InputError
+from gaitgraph.graph.walks import MOST_IN_TIME, quanta_of, shortest_order
 from gaitgraph.invertibility.matrices import (
     least_singular_value,
     level_determinant,
@@ -34,7 +30,7 @@ from gaitgraph.surface.sheets import RELATION
 from gaitgraph.tolerances import SAME_ANGLE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from gaitgraph.planning.branch import Branch, Refusal
     from gaitgraph.planning.request import PlanRequest, Point
@@ -53,8 +49,8 @@ def any_angle_loop(branch: Branch) -> Loop | Refusal:
         f"searching {branch.color} loops with {RELATION[branch.sign]}"
     )
     rootless = branch.rootless()
-    if rootless:
-        return branch.rootless_at(rootless[0])
+    if rootless is not None:
+        return rootless
     robust = request.objective == "robust" and branch.color == "red"
     if not _is_reordered(request):
         straight = straight_loop(branch)
@@ -81,13 +77,27 @@ def shortest_path(branch: Branch) -> Leg | None:
 
 
 def straight_loop(branch: Branch) -> Loop | None:
-    """Return the straight loop of a branch, None unless its checks say that it is what the branch requires."""
-    loop = branch.search.straight_loop(branch.color, branch.sign)
-    if loop is None:
+    """Return the loop straight from waypoint to waypoint if its checks say that it is what the branch requires."""
+    request = branch.request
+    points, zones = request.waypoints, request.zones
+    ends = [*points[1:], points[0]]
+    if zones is not None and not zones.allow_segments(points, ends).all():
         return None
+    try:
+        path = branch.lifted(points)
+    except InputError:
+        return None  # it leads through a fibre of a curved sheet
     # At α1 = ±π/2 both signs of R have a root, of which one is lifted.
-    has_sign = (branch.wanted * loop.path.R > 0).all()
-    if not has_sign or not getattr(loop.checks, branch.require):
+    if branch.of_sign(path.R).min() <= 0:
+        return None
+    loop = Loop(
+        path=path,
+        sign=branch.sign,
+        order=tuple(range(len(points))),
+        request=request,
+        lower_bound=sum(map(math.dist, points, ends)),
+    )
+    if not getattr(loop.checks, branch.require):
         return None
     if branch.servo_margin and not loop.bears_servo_errors:
         return None
@@ -112,33 +122,19 @@ def _is_reordered(request: PlanRequest) -> bool:
 
 def _loop_in(region: PreparedRegion, branch: Branch) -> Loop | Refusal:
     """Return the shortest loop in a region, or why there is none."""
-    waypoints, search = branch.request.waypoints, branch.search
+    waypoints = branch.request.waypoints
     outside = first_outside(branch, region)
     if outside is not None:
         return outside
 
     @cache
     def leg_between(first: int, second: int) -> Leg | None:
-        measured = leg_between.cache_info().currsize
-        if measured:
-            search.progress(
-                f"measured {measured} paths between {len(waypoints)} waypoints"
-            )
         return region.leg(waypoints[first], waypoints[second])
-
-    def length_between(first: int, second: int) -> float:
-        leg = leg_between(first, second)
-        return math.inf if leg is None else quanta_of(leg.length)
 
     order = tuple(range(len(waypoints)))
     in_time = True
     if _is_reordered(branch.request):
-        apart = np.array(waypoints)[:, None] - np.array(waypoints)
-        straight = np.floor(np.linalg.norm(apart, axis=2) * QUANTA_PER_RADIAN)
-        best = shortest_order(len(waypoints), length_between, straight, search.until)
-        order = best or order
-        if search.until is not None:
-            in_time = len(waypoints) <= MOST_IN_TIME and monotonic() <= search.until
+        order, in_time = _shortest_order(branch, leg_between)
     points: list[Point] = []
     lower_bound = 0.0
     for ends in pairwise([*order, order[0]]):
@@ -148,7 +144,7 @@ def _loop_in(region: PreparedRegion, branch: Branch) -> Loop | Refusal:
         points += leg.points[:-1]
         lower_bound += leg.lower_bound
     return Loop(
-        path=search.lifted(points or waypoints[:1], branch.color),
+        path=branch.lifted(points or waypoints[:1]),
         sign=branch.sign,
         order=order,
         request=branch.request,
@@ -157,13 +153,36 @@ def _loop_in(region: PreparedRegion, branch: Branch) -> Loop | Refusal:
     )
 
 
+def _shortest_order(
+    branch: Branch, leg_between: Callable[[int, int], Leg | None]
+) -> tuple[tuple[int, ...], bool]:
+    """Return the order of waypoints that makes a short loop, and whether the search for it ended in time."""
+    search, waypoints = branch.search, branch.request.waypoints
+    until = search.until or math.inf
+    measured = count(1)
+
+    def length_between(first: int, second: int) -> float:
+        if monotonic() > until:
+            return quanta_of(math.dist(waypoints[first], waypoints[second]))
+        leg = leg_between(first, second)
+        search.progress(
+            f"measured {next(measured)} paths between {len(waypoints)} waypoints"
+        )
+        return math.inf if leg is None else quanta_of(leg.length)
+
+    is_hurried = search.until is not None and len(waypoints) > MOST_IN_TIME
+    order = shortest_order(len(waypoints), length_between, nearest_next=is_hurried)
+    in_time = not is_hurried and monotonic() <= until
+    return order or tuple(range(len(waypoints))), in_time
+
+
 def first_outside(branch: Branch, region: PreparedRegion) -> Refusal | None:
     """Return why the first waypoint outside a region cannot be passed, or None if all are in it."""
     for k, point in enumerate(branch.request.waypoints):
         if region.entry(point) is None:
             why = region.region.why_not(point)
             why = why or "it lies outside the admissible region"
-            on_sheet = branch.search.lifted([point], branch.color)
+            on_sheet = branch.lifted([point])
             R = level_determinant(on_sheet.alpha[0], on_sheet.coefficients)
             return branch.refused_at(k, f": {why}", float(R))
     return None

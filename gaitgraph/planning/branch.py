@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
-from gaitgraph.planning.loop import Loop
 from gaitgraph.planning.request import Point
 from gaitgraph.records import Record
 from gaitgraph.surface.sheets import (
@@ -65,9 +63,10 @@ class Refusal(Record):
 
 
 class Search:
-    """The search for the loops of a request: what several branches need is made when the first of them needs it.
+    """The search for the loops of a request: what its branches share.
 
-    The order of waypoints is sought until a time of :func:`time.monotonic`.
+    The order of waypoints is sought until a time of :func:`time.monotonic`. `graph` returns the surface graph of the
+    request for a sign of R, made when the first branch needs it.
     """
 
     def __init__(
@@ -80,8 +79,6 @@ class Search:
         self.until = until
         self.coefficients = coefficients_of(request.vehicle, request.coefficients)
         self.graph = cache(self._graph)
-        self.straight_loop = cache(self._straight_loop)
-        self.roots = cache(self._roots)
         self._progress = progress
 
     def progress(self, text: str) -> None:
@@ -104,17 +101,7 @@ class Search:
             for color in colors
         ]
 
-    def lifted(self, points: Sequence[Point], color: Color) -> Gait:
-        """Return the gait above points (α1, α2) on the sheet of a color; on a curved one with rows between them."""
-        return lift(
-            points,
-            color,
-            vehicle=self.request.vehicle,
-            coefficients=self.coefficients,
-        )
-
     def _graph(self, sign: Sign) -> nx.Graph[Any]:
-        """Return the surface graph of the request for one sign of R, its waypoints among the nodes."""
         request = self.request
         self.progress(
             f"building the graph of {request.divisions} divisions with {RELATION[sign]}"
@@ -129,35 +116,6 @@ class Search:
             floor=request.floor,
             servo_margins=request.servo_margin > 0 or request.weight is not None,
         )
-
-    def _straight_loop(self, color: Color, sign: Sign) -> Loop | None:
-        """Return the loop straight from waypoint to waypoint, None if polygons forbid it, or the sheet has a gap there."""
-        points, zones = self.request.waypoints, self.request.zones
-        ends = [*points[1:], points[0]]
-        if zones is not None and not zones.allow_segments(points, ends).all():
-            return None
-        try:
-            path = self.lifted(points, color)
-        except InputError:
-            return None  # it leads through a fibre of a curved sheet
-        return Loop(
-            path=path,
-            sign=sign,
-            order=tuple(range(len(points))),
-            request=self.request,
-            lower_bound=sum(map(math.dist, points, ends)),
-        )
-
-    def _roots(self, color: Color) -> tuple[FloatArray, BoolArray]:
-        """Return R of the roots above each waypoint, and whether they are of a color."""
-        plane = np.array(self.request.waypoints)
-        is_plane = self.coefficients.rotors.asymmetry is None
-        if color == "red" and is_plane and not at_end_of_range(plane).any():
-            # There is one.
-            R = level_determinant(plane[:, [0, 1, 0, 1]], self.coefficients)[:, None]
-            return R, np.ones(R.shape, dtype=bool)
-        roots = root_arrays(plane[:, 0], plane[:, 1], coefficients=self.coefficients)
-        return roots.R, roots.sheet == (1 if color == "red" else -1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -180,11 +138,6 @@ class Branch:
         return self.search.request
 
     @property
-    def wanted(self) -> float:
-        """The sign of R as +1 or −1."""
-        return 1.0 if self.sign == "positive" else -1.0
-
-    @property
     def servo_margin(self) -> float:
         """The servo margin that loops keep [rad]; 0 for those that only obey the paper's rules."""
         return self.request.servo_margin if self.require == "flyable" else 0.0
@@ -192,84 +145,90 @@ class Branch:
     @property
     def is_curved(self) -> bool:
         """Whether the sheet is not a plane, for a vehicle that is not symmetric."""
-        return self.search.coefficients.rotors.asymmetry is not None
+        return self.request.vehicle.asymmetry is not None
 
-    @property
-    def _is_singular(self) -> bool:
-        """Whether R is zero on the whole sheet, in exact physics or with exact coefficients."""
-        if self.color == "red":
-            return False
-        return self.require == "flyable" or self.search.coefficients.kind == "exact"
+    def lifted(self, points: Sequence[Point]) -> Gait:
+        """Return the gait above points (α1, α2) on the sheet; on a curved one with rows between them."""
+        return lift(
+            points,
+            self.color,
+            vehicle=self.request.vehicle,
+            coefficients=self.search.coefficients,
+        )
 
-    def rootless(self) -> list[int]:
-        """Return the waypoints that have no root of this color and sign, or lie where polygons forbid it."""
+    def of_sign(self, R: FloatArray) -> FloatArray:
+        """Return values of R, positive where they have the sign of the branch."""
+        return R if self.sign == "positive" else -R
+
+    def rootless(self) -> Refusal | None:
+        """Return why the first waypoint without a root, or where polygons forbid it, cannot be passed; else None."""
         waypoints, zones = self.request.waypoints, self.request.zones
-        if self._is_singular:
-            return list(range(len(waypoints)))
-        R, of_color = self.search.roots(self.color)
-        of_sign = self.wanted * R > noise_of(self.search.coefficients)
-        rooted = (of_color & of_sign).any(axis=1)
-        if zones is not None:
-            rooted &= zones.allow_points(np.array(waypoints))
-        return np.flatnonzero(~rooted).tolist()
-
-    def rootless_at(self, k: int) -> Refusal:
-        """Return why a waypoint, one of :meth:`rootless`, cannot be passed."""
-        if self._is_singular:
+        is_exact = self.search.coefficients.kind == "exact"
+        if self.color == "blue" and (self.require == "flyable" or is_exact):
             return self._singular()
-        values, of_color = self.search.roots(self.color)
-        here = values[k, of_color[k]]
-        R = float(here[np.argmax(self.wanted * here)])
-        why = f" has R = {R:.4g}"
-        if abs(R) < _ZERO:
+        roots, of_color = self._roots()
+        R = self.of_sign(roots)
+        is_rooted = (of_color & (noise_of(self.search.coefficients) < R)).any(axis=1)
+        is_allowed = np.ones(len(waypoints), dtype=bool)
+        if zones is not None:
+            is_allowed = zones.allow_points(np.array(waypoints))
+        without = np.flatnonzero(~(is_rooted & is_allowed)).tolist()
+        if not without:
+            return None
+        k = without[0]
+        root = np.where(of_color[k], R[k], -math.inf).argmax()
+        value = float(roots[k, root])
+        why = f" has R = {value:.4g}"
+        if abs(value) < _ZERO:
             why = " has R = 0, where the matrix is singular"
-        if self.wanted * R > 0 and self.request.zones is not None:
+        if R[k, root] > 0 and zones is not None:
             why = " lies in keep_out or outside keep_in"
-        return self.refused_at(k, why, R)
+        return self.refused_at(k, why, value)
+
+    def _roots(self) -> tuple[FloatArray, BoolArray]:
+        """Return R of the roots above each waypoint, and whether they are of the color."""
+        plane = np.array(self.request.waypoints)
+        coefficients = self.search.coefficients
+        has_one = self.color == "red" and not self.is_curved
+        if has_one and not at_end_of_range(plane).any():
+            R = level_determinant(plane[:, [0, 1, 0, 1]], coefficients)[:, None]
+            return R, np.ones(R.shape, dtype=bool)
+        roots = root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients)
+        return roots.R, roots.sheet == (1 if self.color == "red" else -1)
 
     def _singular(self) -> Refusal:
-        message = "with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there; use red"
-        R: float | None = 0.0
+        """Return that the matrix is singular on the whole blue sheet, in exact physics or with exact coefficients."""
         vehicle = self.request.vehicle
         if vehicle.has_raised_rotors:
-            message = f"no gait surface {RAISED} {vehicle.heights_in_words}"
-            R = None
+            words = f"no gait surface {RAISED} {vehicle.heights_in_words}"
+            return self._refused("color", f"blue: {words}")
+        words = "with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there; use red"
+        return self._refused("color", f"blue: {words}", R=0.0)
+
+    def _refused(self, kind: Any, message: str, **found: Any) -> Refusal:
         return Refusal(
-            color=self.color,
-            sign=self.sign,
-            kind="color",
-            message=f"blue: {message}",
-            R=R,
+            color=self.color, sign=self.sign, kind=kind, message=message, **found
         )
 
     def refused_at(self, k: int, why: str, R: float) -> Refusal:
         """Return the refusal of a waypoint, with a reason that follows its place."""
         first, second = self.request.waypoints[k]
-        return Refusal(
-            color=self.color,
-            sign=self.sign,
-            kind="waypoint",
-            message=f"{self}: waypoint {k + 1} ({first:.4f}, {second:.4f}){why}",
-            waypoints=(k + 1,),
-            R=R,
-        )
+        message = f"{self}: waypoint {k + 1} ({first:.4f}, {second:.4f}){why}"
+        return self._refused("waypoint", message, waypoints=(k + 1,), R=R)
 
     def separation(
         self, ends: Sequence[int], wall: str, components: tuple[int, ...] = ()
     ) -> Refusal:
         """Return that two waypoints are separated: by a factor of R, else by what `wall` names."""
-        waypoints = self.request.waypoints
-        first, second = (waypoints[k] for k in ends)
+        first, second = (self.request.waypoints[k] for k in ends)
         if self.color == "red" and not self.is_curved:
             factor = separating_factor(first, second, self.request.vehicle)
             if factor:
                 wall = f"{factor}, where R = 0: move them to one side"
-        numbers = ends[0] + 1, ends[1] + 1
-        return Refusal(
-            color=self.color,
-            sign=self.sign,
-            kind="separated",
-            message=f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {wall}",
-            waypoints=numbers,
-            components=components,
+        numbers = (ends[0] + 1, ends[1] + 1)
+        message = (
+            f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {wall}"
+        )
+        return self._refused(
+            "separated", message, waypoints=numbers, components=components
         )

@@ -32,8 +32,8 @@ def grid_loop(branch: Branch) -> Loop | Refusal:
 
     request = branch.request
     rootless = branch.rootless()
-    if rootless:
-        return branch.rootless_at(rootless[0])
+    if rootless is not None:
+        return rootless
     graph = branch.search.graph(branch.sign)
     branch.search.progress(f"searching {branch.color} loops")
     colors = nx.get_node_attributes(graph, "color")

@@ -286,9 +286,9 @@ def plan_loop(
     weight
         Own cost of an edge, with the method "grid": see :func:`gaitgraph.graph.walks.closed_walk`.
     deadline
-        With `any_order` and the exact method: seconds after which no more paths between waypoints are measured. The
-        order is then that of the nearest neighbours, and a warning says so; beyond 200 waypoints it always is, since
-        the search for a better order cannot be stopped.
+        With `any_order` and the exact method: seconds after which straight lines stand for the paths between waypoints
+        that are not measured yet; a warning says so. Beyond 200 waypoints the order is then that of the nearest
+        neighbours, since the search for a better one cannot be stopped.
     progress
         Called with a line of text before each step of long work.
 
