@@ -40,8 +40,15 @@ FINE = 201  # points along each axis of other maps
 _FINE_AXIS = np.linspace(-HALF_PI, HALF_PI, FINE)
 _SHEET = {"red": 1, "blue": -1}
 _SIGN = {"positive": 1, "negative": -1}
-_SINGULAR = "R = 0 to rounding: singular"
+_PARTS = {"first": slice(1), "other": slice(1, None), "both": slice(None)}
 _TIE = 12  # decimals [rad] to which α3 of two roots is compared
+_COUNT_LOOKS = {
+    1: (".", "black"),
+    2: ("o", "white"),
+    3: ("s", "0.6"),
+    4: ("D", "0.35"),
+    5: ("^", "black"),
+}
 
 
 class Roots(NamedTuple):
@@ -63,31 +70,23 @@ def interior_roots(coefficients: Coefficients, which: Which = "both") -> Roots:
     """Return the roots of all interior nodes: the "first" of each, the "other" ones, or "both"."""
     axis = grid_axis(DEFAULT_DIVISIONS)[1:-1]
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
-    arrays = sheets.root_arrays(
+    roots = sheets.root_arrays(
         a1.ravel(),
         a2.ravel(),
         coefficients=coefficients,
         crossing_tolerance=math.pi / (2 * DEFAULT_DIVISIONS),
     )
-    nodes, most = arrays.sheet.shape
-    node = np.repeat(np.arange(nodes), most)
-    alpha = arrays.alpha.reshape(-1, 4)
-    R = arrays.R.ravel()
-    sheet = arrays.sheet.ravel()
-    types = arrays.types.reshape(-1, 2)
     # What is no root is NaN, and comes last of its node.
-    order = np.lexsort((np.round(alpha[:, 3], _TIE), np.round(alpha[:, 2], _TIE), node))
-    number = np.tile(np.arange(most), nodes)
-    if which == "first":
-        order = order[number == 0]
-    elif which == "other":
-        order = order[number > 0]
-    rows = order[sheet[order] != 0]
+    third, fourth = np.moveaxis(np.round(roots.alpha[..., 2:], _TIE), -1, 0)
+    order = np.lexsort((fourth, third))[:, _PARTS[which]]
+    node, place = np.nonzero(np.take_along_axis(roots.sheet, order, axis=1))
+    rows = (node, order[node, place])
+    sheet, R = roots.sheet[rows], roots.R[rows]
     is_zero = np.abs(R) <= matrices.noise_of(coefficients)
     if coefficients.kind == "exact":
         is_zero |= sheet < 0  # floating-point noise is not a sign
-    sign = np.where(is_zero, 0.0, np.sign(R))[rows].astype(int)
-    return Roots(node[rows], alpha[rows], sheet[rows], types[rows], R[rows], sign)
+    sign = np.where(is_zero, 0, np.sign(R)).astype(int)
+    return Roots(node, roots.alpha[rows], sheet, roots.types[rows], R, sign)
 
 
 def root_counts(ax: Axes, coefficients: Coefficients) -> None:
@@ -95,28 +94,21 @@ def root_counts(ax: Axes, coefficients: Coefficients) -> None:
     axis = grid_axis(DEFAULT_DIVISIONS)
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
     count = sheets.root_arrays(a1, a2, coefficients=coefficients).count
-    looks = {
-        1: (".", "black"),
-        2: ("o", "white"),
-        3: ("s", "0.6"),
-        4: ("D", "0.35"),
-        5: ("^", "black"),
-    }
-    for number in np.unique(count).tolist():
+    for number, (marker, face) in _COUNT_LOOKS.items():
         here = count == number
-        marker, face = looks[number]
-        ax.scatter(
-            a1[here],
-            a2[here],
-            s=16,
-            marker=marker,
-            facecolor=face,
-            edgecolor="black",
-            linewidth=0.6,
-            label=f"{number} roots, {here.sum()} nodes",
-            clip_on=False,
-            zorder=3,
-        )
+        if here.any():
+            ax.scatter(
+                a1[here],
+                a2[here],
+                s=16,
+                marker=marker,
+                facecolor=face,
+                edgecolor="black",
+                linewidth=0.6,
+                label=f"{number} roots, {here.sum()} nodes",
+                clip_on=False,
+                zorder=3,
+            )
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
     base.legend_above(ax, columns=2)
 
@@ -127,13 +119,10 @@ def root_angle(
     """Draw α3 or α4 over the interior nodes (Figures 3 to 8): red squares on its + plane, blue discs on its − plane."""
     roots = interior_roots(coefficients, which)
     for color, label in zip(sheets.COLORS, ("+ plane", "− plane"), strict=True):
-        ink = base.COLOR_OF[color]
-        _draw_plane(ax, coefficients, angle, color, ink)
-        alpha = roots.alpha[roots.sheet == _SHEET[color]]
-        points = alpha[:, [0, 1, angle - 1]]
-        _draw_points(ax, points, ink, base.MARKER_OF[color], label)
-    base.angle_axis(ax.zaxis, rf"\alpha_{angle}")
-    _finish_space(ax)
+        here = roots.sheet == _SHEET[color]
+        _draw_plane(ax, coefficients, angle, color, base.COLOR_OF[color])
+        _draw_points(ax, roots, here, roots.alpha[:, angle - 1], color, label)
+    _finish_space(ax, rf"\alpha_{angle}")
 
 
 def signed_roots(
@@ -144,16 +133,14 @@ def signed_roots(
     As in the paper, red squares are α3 and blue discs α4. Roots with R = 0 are grey and hollow.
     """
     roots = interior_roots(coefficients, which)
-    is_signed = roots.sign == _SIGN[sign]
-    for angle, ink, marker in ((3, base.RED, "s"), (4, base.BLUE, "o")):
-        points = roots.alpha[:, [0, 1, angle - 1]]
+    for angle, color in ((3, "red"), (4, "blue")):
         label = rf"$\alpha_{angle}$, ${sheets.RELATION[sign]}$"
-        _draw_points(ax, points[roots.sign == 0], base.GREY, marker, _SINGULAR)
-        _draw_points(ax, points[is_signed], ink, marker, label)
+        height = roots.alpha[:, angle - 1]
+        _draw_singular(ax, roots, height, color)
+        _draw_points(ax, roots, roots.sign == _SIGN[sign], height, color, label)
         for sheet in sheets.COLORS:
-            _draw_plane(ax, coefficients, angle, sheet, ink)
-    base.angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
-    _finish_space(ax)
+            _draw_plane(ax, coefficients, angle, sheet, base.COLOR_OF[color])
+    _finish_space(ax, r"\alpha_3,\ \alpha_4")
 
 
 def level_determinants(
@@ -161,21 +148,19 @@ def level_determinants(
 ) -> None:
     """Draw R of the roots with one sign of R over the interior nodes, each sheet in its color (Figures 10 and 12)."""
     roots = interior_roots(coefficients, which)
-    points = np.column_stack([roots.alpha[:, :2], roots.R])
     is_signed = roots.sign == _SIGN[sign]
-    for a1, a2, R in points[is_signed]:  # a stem shows which node a value belongs to
-        ax.plot([a1, a1], [a2, a2], [0.0, R], color="0.75", linewidth=0.4)
-    _draw_points(
-        ax, points[roots.sign == 0], base.GREY, base.MARKER_OF["blue"], _SINGULAR
-    )
+    places, R = roots.alpha[is_signed, :2], roots.R[is_signed]
+    # A stem shows which node a value belongs to.
+    for (a1, a2), height in zip(places, R, strict=True):
+        ax.plot([a1, a1], [a2, a2], [0.0, height], color="0.75", linewidth=0.4)
+    _draw_singular(ax, roots, roots.R, "blue")
     for color in sheets.COLORS:
         here = is_signed & (roots.sheet == _SHEET[color])
-        ink, marker = base.COLOR_OF[color], base.MARKER_OF[color]
-        _draw_points(ax, points[here], ink, marker, f"{color} sheet")
+        _draw_points(ax, roots, here, roots.R, color, f"{color} sheet")
+    _finish_space(ax)
     ax.set_zlabel("$R$ (dimensionless)")
     # A vehicle with a rotor height has no blue roots.
-    ax.set_zlim(0.0, points[is_signed, 2].max(initial=0.0) or 1.0)
-    _finish_space(ax)
+    ax.set_zlim(0.0, R.max(initial=0.0) or 1.0)
 
 
 def _draw_plane(
@@ -187,46 +172,62 @@ def _draw_plane(
     for run in np.split(np.arange(FINE), wraps):
         ends = run[[0, -1]]
         along, across = np.meshgrid(_FINE_AXIS[ends], [-HALF_PI, HALF_PI])
-        up, _ = np.meshgrid(height[ends], height[ends])
         if angle == 4:
             along, across = across, along
-        look: dict[str, Any] = {"shade": False, "linewidth": 0.5, "zorder": 1}
         ax.plot_surface(
-            along, across, up, color=(ink, 0.1), edgecolor=(ink, 0.35), **look
+            along,
+            across,
+            np.tile(height[ends], (2, 1)),
+            color=(ink, 0.1),
+            edgecolor=(ink, 0.35),
+            shade=False,
+            linewidth=0.5,
+            zorder=1,
         )
 
 
+def _draw_singular(ax: Any, roots: Roots, height: FloatArray, color: str) -> None:
+    """Draw the roots with R = 0, grey and hollow, at a height, with the marks of a color."""
+    label = "R = 0 to rounding: singular"
+    look = {"facecolor": "none", "edgecolor": base.GREY}
+    _draw_points(ax, roots, roots.sign == 0, height, color, label, **look)
+
+
 def _draw_points(
-    ax: Any, points: FloatArray, ink: str, marker: str, label: str
+    ax: Any,
+    roots: Roots,
+    here: npt.NDArray[np.bool_],
+    height: FloatArray,
+    color: str,
+    label: str,
+    **look: str,
 ) -> None:
-    """Draw points in space, grey ones hollow, if there are any."""
-    face, edge = ink, "white"
-    if ink == base.GREY:
-        face, edge = "none", ink
-    if len(points):
+    """Draw some roots at a height over their nodes, if there are any."""
+    if here.any():
+        look = {"facecolor": base.COLOR_OF[color], "edgecolor": "white"} | look
         ax.scatter(
-            points[:, 0],
-            points[:, 1],
-            points[:, 2],
+            roots.alpha[here, 0],
+            roots.alpha[here, 1],
+            height[here],
             s=11.0,
-            marker=marker,
-            facecolor=face,
-            edgecolor=edge,
+            marker=base.MARKER_OF[color],
             linewidth=0.4,
             depthshade=False,
             label=label,
             zorder=3,
+            **look,
         )
 
 
-def _finish_space(ax: Any) -> None:
+def _finish_space(ax: Any, height: str | None = None) -> None:
     """Label the axes of a space over the (α1, α2) plane, turn it, and put a legend above it."""
-    from matplotlib.ticker import FixedLocator
-
-    for axis, symbol in ((ax.xaxis, r"\alpha_1"), (ax.yaxis, r"\alpha_2")):
-        base.angle_axis(axis, symbol)
+    base.angle_axis(ax.xaxis, r"\alpha_1")
+    base.angle_axis(ax.yaxis, r"\alpha_2")
+    if height is not None:
+        base.angle_axis(ax.zaxis, height)
+    for axis in (ax.xaxis, ax.yaxis):
         # At the ends the labels of two axes would meet.
-        axis.set_major_locator(FixedLocator([-HALF_PI / 2, 0.0, HALF_PI / 2]))
+        axis.set_ticks([-HALF_PI / 2, 0.0, HALF_PI / 2])
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.labelpad = 2.0
     ax.view_init(elev=16, azim=-125)
@@ -261,32 +262,27 @@ def adjacency_rule(
     """
     checked_choice("of", of, ("angle", "pair"))
     ax = base.axes_or_new(ax)
-    places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
-    types = {kind: f"({kind},?)" for kind in places}  # the other forbids nothing
-    if of == "pair":
-        types = {kind: kind for kind in _AROUND_RULE}
-        for kind, degrees in _AROUND_RULE.items():
-            angle = math.radians(degrees)
-            places[kind] = (math.cos(angle), math.sin(angle))
-    for first, second in combinations(types, 2):
-        if sheets.types_may_be_adjacent(types[first], types[second]):
-            (x1, y1), (x2, y2) = places[first], places[second]
-            line: dict[str, Any] = {"color": "0.35", "linewidth": 1.2, "zorder": 1}
-            ax.plot([x1, x2], [y1, y2], gid=f"{first} {second}", **line)
-    for kind in types:
-        box = {"boxstyle": "round,pad=0.5", "edgecolor": "0.35", "facecolor": "white"}
-        ink = "white"
-        if kind in ("(+,+)", "+"):
-            box |= {"boxstyle": "square,pad=0.5", "facecolor": base.RED}
-        elif kind in ("(-,-)", "-"):
-            box |= {"facecolor": base.BLUE}
-        else:
-            ink = "black"
-        text = kind.replace("-", "−")
-        base.draw_label(ax, places[kind], text, ink, bbox=box, zorder=3)
+    if of == "angle":
+        places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
+        types = {kind: f"({kind},?)" for kind in places}  # the other forbids nothing
+    else:
+        around = {kind: math.radians(angle) for kind, angle in _AROUND_RULE.items()}
+        places = {kind: (math.cos(a), math.sin(a)) for kind, a in around.items()}
+        types = {kind: kind for kind in places}
+    for ends in combinations(types, 2):
+        if sheets.types_may_be_adjacent(*(types[kind] for kind in ends)):
+            x, y = np.transpose([places[kind] for kind in ends])
+            ax.plot(x, y, color="0.35", linewidth=1.2, zorder=1, gid=" ".join(ends))
+    for kind, place in places.items():
+        ink, face, shape = "black", "white", "round"
+        if "+" in kind and "?" not in kind:
+            ink, face, shape = "white", base.RED, "square"
+        elif "-" in kind and "?" not in kind:
+            ink, face = "white", base.BLUE
+        box = {"boxstyle": f"{shape},pad=0.5", "edgecolor": "0.35", "facecolor": face}
+        base.draw_label(ax, place, kind.replace("-", "−"), ink, bbox=box, zorder=3)
     ax.set_axis_off()
-    ax.set_aspect("equal")
-    ax.set(xlim=(-1.45, 1.45), ylim=(-1.35, 1.35))
+    ax.set(aspect="equal", xlim=(-1.45, 1.45), ylim=(-1.35, 1.35))
     return ax
 
 
@@ -318,8 +314,8 @@ def type_map(
         for k in here:
             state[roots.sheet[k]] = "yes" if roots.sign[k] else "singular"
         marked.setdefault((state[1], state[-1]), []).append(place)
-    for red, blue in sorted(marked, reverse=True):
-        _mark_nodes(ax, marked[red, blue], red, blue, sheets.RELATION[sign])
+    for states in sorted(marked, reverse=True):
+        _mark_nodes(ax, marked[states], states, f"${sheets.RELATION[sign]}$")
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8)
     base.legend_above(ax, columns=3)
     return ax
@@ -329,15 +325,16 @@ def _write_types(
     ax: Axes, roots: Roots, here: IntArray, place: tuple[float, float]
 ) -> None:
     """Write the types of some roots at their node, each once, red ones first."""
-    written = set()
-    for k in here:
-        types = sheets.text_from_types(roots.types[k, 0], roots.types[k, 1])
-        written.add((-int(roots.sheet[k]), types, bool(roots.sign[k] == 0)))
-    i, j = divmod(int(roots.node[here[0]]), DEFAULT_DIVISIONS - 1)
-    for k, (side, types, is_singular) in enumerate(sorted(written)):
-        ink = base.RED if side < 0 else base.BLUE
-        if is_singular:
+    written = {}
+    for k in sorted(here, key=lambda k: -roots.sheet[k]):
+        ink = base.BLUE
+        if roots.sign[k] == 0:
             ink = base.GREY
+        elif roots.sheet[k] > 0:
+            ink = base.RED
+        written[sheets.text_from_types(*roots.types[k].tolist()), ink] = None
+    i, j = divmod(int(roots.node[here[0]]), DEFAULT_DIVISIONS - 1)
+    for k, (types, ink) in enumerate(written):
         ax.annotate(
             types.replace("-", "−"),
             place,
@@ -352,34 +349,43 @@ def _write_types(
 
 
 def _mark_nodes(
-    ax: Axes, places: list[tuple[float, float]], red: str, blue: str, relation: str
+    ax: Axes,
+    places: list[tuple[float, float]],
+    states: tuple[str, str],
+    relation: str,
 ) -> None:
     """Mark nodes by whether they have a red and a blue root: "no", "yes", or "singular" for one with R = 0."""
-    words = {"yes": f"${relation}$", "singular": "$R = 0$"}
-    face = {"yes": base.RED, "singular": "white"}.get(red)
-    other_face = {"yes": base.BLUE, "singular": "white"}.get(blue)
-    look: dict[str, Any] = {"marker": "o", "markersize": 6.5, "fillstyle": "full"}
-    if face and other_face:
-        label = f"(+,+): {words[red]}, (−,−): {words[blue]}"
-        look |= {"fillstyle": "left", "markerfacecoloralt": other_face}
-    elif face:
-        label = f"(+,+): {words[red]}"
-        look["marker"] = "s"
-    elif other_face:
-        label = f"(−,−): {words[blue]}"
-        face = other_face
-    else:
-        label = f"no root with ${relation}$"
-        look["markersize"] = 1.0
+    faces = []
+    words = []
+    inks = {"(+,+)": base.RED, "(−,−)": base.BLUE}
+    for state, (types, ink) in zip(states, inks.items(), strict=True):
+        if state == "yes":
+            faces.append(ink)
+            words.append(f"{types}: {relation}")
+        elif state == "singular":
+            faces.append("white")
+            words.append(f"{types}: $R = 0$")
+    marker, fill, size = "o", "full", 6.5
+    if not faces:
+        size = 1.0
+        faces = [base.GREY]
+        words = [f"no root with {relation}"]
+    elif len(faces) == 2:
+        fill = "left"
+    elif states[0] != "no":
+        marker = "s"
     ax.plot(
         *np.transpose(places),
+        marker=marker,
+        markersize=size,
+        fillstyle=fill,
         linestyle="none",
-        markerfacecolor=face or base.GREY,
+        markerfacecolor=faces[0],
+        markerfacecoloralt=faces[-1],
         markeredgecolor="0.35",
         markeredgewidth=0.5,
-        label=label,
-        gid=f"{red} {blue}",
-        **look,
+        label=", ".join(words),
+        gid=" ".join(states),
     )
 
 
@@ -403,12 +409,19 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     ax.axvline(line1, label="a pair of rotors idles", **idle)
     ax.axhline(line2, **idle)
     draw_zeros_of_R(ax, vehicle)
-    hatch: dict[str, Any] = {"facecolor": "none", "edgecolor": "0.6", "hatch": "///"}
-    hatch |= {"linewidth": 0.0, "gid": "hover"}
-    ax.fill_between(
-        [-HALF_PI, line1], line2, HALF_PI, label="hover, thrusts > 0", **hatch
-    )
-    ax.fill_between([line1, HALF_PI], -HALF_PI, line2, **hatch)
+    corners = (((-HALF_PI, line1), HALF_PI), ((line1, HALF_PI), -HALF_PI))
+    for sides, end in corners:
+        ax.fill_between(
+            sides,
+            line2,
+            end,
+            facecolor="none",
+            edgecolor="0.6",
+            hatch="///",
+            linewidth=0.0,
+            label="hover, thrusts > 0",
+            gid="hover",
+        )
     ax.plot(0, 0, "k+", markersize=7, zorder=6, label="all upright")
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
     base.legend_below(ax, columns=2)
@@ -417,22 +430,16 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
 
 def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     """Draw where R = 0 on the red or curved sheet: where the determinant of a block, or a factor of R, vanishes."""
+    axis = _FINE_AXIS
     if vehicle.asymmetry is None:
-        u = directions(_FINE_AXIS)
+        u = directions(axis)
         blocks = (roll_block(vehicle), yaw_block(vehicle))
         factors = [u.T @ block.form @ u for block in blocks]
     else:
-        sheet = curved_sheet(vehicle)
-        factors = [*sheet.factors_of_R(_FINE_AXIS[:, None], _FINE_AXIS)]
-    look: dict[str, Any] = {"linewidths": 1.4, "zorder": 4}
+        factors = [*curved_sheet(vehicle).factors_of_R(axis[:, None], axis)]
     for values in factors:
         ax.contour(
-            _FINE_AXIS,
-            _FINE_AXIS,
-            values.T,
-            levels=[0.0],
-            colors="black",
-            **look,
+            axis, axis, values.T, [0.0], colors="black", linewidths=1.4, zorder=4
         )
     ax.plot([], [], color="black", linewidth=1.4, label="$R=0$")
 
@@ -443,26 +450,25 @@ def servo_margin_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) ->
     Raises MissingConstant if the vehicle states a largest thrust without a mass.
     """
     vehicle = vehicle_named(vehicle)
-    axis = np.linspace(-HALF_PI, HALF_PI, _MARGINS)
-    a1, a2 = np.meshgrid(axis, axis)
-    postures = _on_red(a1, a2, vehicle).reshape(-1, 4)
+    postures = _on_red(_MARGINS, vehicle).reshape(-1, 4)
     margins = np.degrees(servo_margins_found(postures, vehicle, DEFAULT_FLOOR, 10))
-    return _shaded_map(ax, vehicle, margins.reshape(a1.shape), 5.0, "servo margin (°)")
+    values = margins.reshape(_MARGINS, _MARGINS)
+    return _shaded_map(ax, vehicle, values, 5.0, "servo margin (°)")
 
 
 def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
     """Draw the least singular value on the red sheet in level flight, with exact coefficients, and a color bar."""
     vehicle = vehicle_named(vehicle)
-    a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS)
-    values = matrices.least_singular_value(_on_red(a1, a2, vehicle), vehicle)
+    values = matrices.least_singular_value(_on_red(FINE, vehicle), vehicle)
     label = "least singular value (dimensionless)"
     return _shaded_map(ax, vehicle, values, 0.1, label)
 
 
-def _on_red(a1: FloatArray, a2: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return the tilt angles of the red sheet, shape (..., 4)."""
-    exact = coefficients_of(vehicle, "exact")
-    opposite = sheets.sheet_angles("red", a1, a2, exact)
+def _on_red(points: int, vehicle: Vehicle) -> FloatArray:
+    """Return the tilt angles of the red sheet over a grid, rows of constant α2, shape (points, points, 4)."""
+    axis = np.linspace(-HALF_PI, HALF_PI, points)
+    a1, a2 = np.meshgrid(axis, axis)
+    opposite = sheets.sheet_angles("red", a1, a2, coefficients_of(vehicle, "exact"))
     return np.stack([a1, a2, *opposite], axis=-1)
 
 
@@ -475,9 +481,7 @@ def _shaded_map(
     levels = step * np.arange(math.ceil(values.max() / step) + 1)
     filled = ax.contourf(axis, axis, values, levels=levels, cmap="cividis")
     inks = np.where(levels < 0.55 * levels[-1], "white", "black")[2::2].tolist()
-    lines = ax.contour(
-        axis, axis, values, levels=levels[2::2], colors=inks, linewidths=0.5
-    )
+    lines = ax.contour(axis, axis, values, levels[2::2], colors=inks, linewidths=0.5)
     # The lowest line runs along the border.
     ax.clabel(lines, levels[4::2], fmt="%.3g", fontsize=6.0)
     draw_zeros_of_R(ax, vehicle)
