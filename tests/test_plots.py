@@ -433,7 +433,7 @@ def test_a_report_is_the_used_part_of_each_limit() -> None:
     ax = gg.validate(gait_of_paper(2)).plot()
     bars: list[Any] = list(ax.patches)
     assert max(bar.get_width() for bar in bars) == 1.5  # beyond its limit
-    marks = [text.get_text()[-1] for text in ax.texts[1::2]]
+    marks = [label.get_text()[-1] for label in ax.get_yticklabels()]
     assert "".join(marks) == "✓✓✓✓?✗✗"
 
 

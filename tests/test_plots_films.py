@@ -99,8 +99,8 @@ def test_a_vehicle_from_above_and_from_below() -> None:
 def test_a_vehicle_is_drawn_as_its_view_says() -> None:
     seen = vehicle_view([1.1, -1.1, 1.1, -1.1])
     ax = Figure().add_subplot()
-    assert set(draw_vehicle(ax, seen)) == {*ax.lines, *ax.patches, *ax.texts}
-    discs: list[Any] = sorted(ax.patches, key=lambda patch: patch.get_zorder())
+    draw_vehicle(ax, seen)
+    discs: list[Any] = list(ax.patches)  # what is nearer is drawn later
     for disc, rotor in zip(discs, seen.order, strict=True):
         middle = np.asarray(disc.get_xy())[:-1].mean(axis=0)
         assert middle == pytest.approx(seen.centres[rotor], abs=0.01)

@@ -185,7 +185,7 @@ def basin() -> Basin:
 
 def test_the_map_marks_each_outcome_with_a_shape_of_its_own(basin: Basin) -> None:
     assert tuple(OUTCOME_LOOKS) == OUTCOMES  # codes count them
-    shapes = {look["marker"] for look in OUTCOME_LOOKS.values()}
+    shapes = {marker for marker, _ in OUTCOME_LOOKS.values()}
     assert len(shapes) == len(OUTCOMES)
     ax = basin_map(basin, name="Gait 3")
     marks = [line for line in ax.lines if line.get_gid() == "outcome"]

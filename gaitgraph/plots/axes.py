@@ -44,12 +44,8 @@ R, and verdicts. They are safe for colour-blind readers; markers and dashes say 
 
 ROTOR_COLORS = tuple(PALETTE[f"alpha{k}"][0] for k in (1, 2, 3, 4))
 # Opposite rotors have the same angle on the red sheet: they differ in width, so that both curves are visible.
-ROTOR_LOOKS: tuple[dict[str, Any], ...] = (
-    {"color": ROTOR_COLORS[0], "linewidth": 3.4, "linestyle": "-"},
-    {"color": ROTOR_COLORS[1], "linewidth": 3.4, "linestyle": (0, (3, 0.7))},
-    {"color": ROTOR_COLORS[2], "linewidth": 1.6, "linestyle": (0, (5, 2))},
-    {"color": ROTOR_COLORS[3], "linewidth": 1.6, "linestyle": (0, (1, 1.2))},
-)
+_WIDTHS = (3.4, 3.4, 1.6, 1.6)
+_DASHES: tuple[Any, ...] = ("-", (0, (3, 0.7)), (0, (5, 2)), (0, (1, 1.2)))
 RED = PALETTE["red"][0]
 BLUE = PALETTE["blue"][0]
 POSITIVE = PALETTE["shade-positive"][0]
@@ -142,8 +138,7 @@ def plane_axes(
 
 def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
     """Put a legend `over` points above axes."""
-    tight = {"columnspacing": 1.2, "handletextpad": 0.4}
-    _put_legend(ax, columns, "lower center", 1.0, over, **tight)
+    _put_legend(ax, columns, "lower center", 1.0, over, columnspacing=1.2)
 
 
 def legend_below(ax: Any, *, columns: int = 1) -> None:
@@ -152,27 +147,26 @@ def legend_below(ax: Any, *, columns: int = 1) -> None:
 
 
 def _put_legend(
-    ax: Any, columns: int, side: str, height: float, distance: float, **spaces: float
+    ax: Any, columns: int, side: str, height: float, distance: float, **look: float
 ) -> None:
     """Put a legend outside of axes, with one entry for each label, if anything there has a label."""
     handles, labels = ax.get_legend_handles_labels()
     entries = dict(zip(labels, handles, strict=True))
-    if not entries:
-        return
     size = 7.5  # points
-    legend = ax.legend(
-        entries.values(),
-        entries.keys(),
-        loc=side,
-        bbox_to_anchor=(0.5, height),
-        borderaxespad=distance / size,
-        ncols=columns,
-        fontsize=size,
-        frameon=False,
-        **spaces,
-    )
-    for line in legend.get_lines():
-        line.set_linewidth(min(line.get_linewidth(), 6.0))
+    if entries:
+        legend = ax.legend(
+            entries.values(),
+            entries.keys(),
+            loc=side,
+            bbox_to_anchor=(0.5, height),
+            borderaxespad=distance / size,
+            ncols=columns,
+            fontsize=size,
+            frameon=False,
+            **look,
+        )
+        for line in legend.get_lines():
+            line.set_linewidth(min(line.get_linewidth(), 6.0))
 
 
 def draw_arrow(
@@ -217,14 +211,15 @@ def draw_note(ax: Axes, text: str) -> None:
 
 def draw_four(ax: Axes, t: Any, values: Any, label: str) -> None:
     """Draw a curve of each rotor over time [s]; `label` has a place for its number."""
-    for k, look in enumerate(ROTOR_LOOKS):
-        ax.plot(t, values[:, k], label=label.format(k + 1), **look)
+    looks = zip(values.T, ROTOR_COLORS, _WIDTHS, _DASHES, strict=True)
+    for number, (curve, color, width, dash) in enumerate(looks, start=1):
+        words = label.format(number)
+        ax.plot(t, curve, color=color, linewidth=width, linestyle=dash, label=words)
 
 
 def draw_limit(ax: Axes, value: float, label: str) -> None:
     """Draw a limit as a dashed line."""
-    look: dict[str, Any] = {"color": RED, "linewidth": 0.9, "linestyle": "--"}
-    ax.axhline(value, label=label, zorder=1, **look)
+    ax.axhline(value, color=RED, linewidth=0.9, linestyle="--", zorder=1, label=label)
 
 
 def check_pictures(

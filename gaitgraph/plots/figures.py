@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gaitgraph.errors import FileProblem, InputError, check_kind, checked_choice, shown
@@ -30,10 +29,10 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.given import GaitLike
 
-    Drawing = Callable[[Figure, "_FigureInput"], Any]
+    Drawing = Callable[[Figure, "_Input"], Any]
 
 
-class _FigureInput(NamedTuple):
+class _Input(NamedTuple):
     vehicle: Vehicle
     coefficients: Coefficients
     attitudes: Coefficients  # of Figures 18 to 22
@@ -55,17 +54,28 @@ class PaperFigure:
         return f"figure_{self.name:0>2}"
 
 
-_SMALL: tuple[float, float] = (85, 74)  # of a figure in space [mm]
+def _vehicle(figure: Figure, of: _Input) -> None:
+    vehicle_figure(of.vehicle, ax=figure.add_subplot())
+
+
+def _counts(figure: Figure, of: _Input) -> None:
+    planes.root_counts(figure.add_subplot(), of.coefficients)
 
 
 def _in_space(
-    function: Callable[..., None], figure: Figure, of: _FigureInput, **options: Any
-) -> None:
-    ax = figure.add_subplot(projection="3d", computed_zorder=False)
-    function(ax, of.coefficients, **options)
+    name: str, title: str, function: Callable[..., None], **options: Any
+) -> PaperFigure:
+    """Return a figure of roots over the plane."""
+
+    def drawing(figure: Figure, of: _Input) -> None:
+        ax = figure.add_subplot(projection="3d", computed_zorder=False)
+        function(ax, of.coefficients, **options)
+        figure.suptitle(title, fontsize=9)
+
+    return PaperFigure(name, title, (85, 74), drawing)
 
 
-def _rule(figure: Figure, of: _FigureInput) -> None:
+def _rule(figure: Figure, of: _Input) -> None:
     left, right = figure.subplots(1, 2)
     planes.adjacency_rule("angle", ax=left)
     planes.adjacency_rule("pair", ax=right)
@@ -73,12 +83,12 @@ def _rule(figure: Figure, of: _FigureInput) -> None:
     right.set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
 
 
-def _types(figure: Figure, of: _FigureInput) -> Axes:
+def _types(figure: Figure, of: _Input) -> Axes:
     ax = figure.add_subplot()
     return planes.type_map("negative", coefficients=of.coefficients, ax=ax)
 
 
-def _loops(figure: Figure, of: _FigureInput) -> None:
+def _loops(figure: Figure, of: _Input) -> None:
     ax = _types(figure, of)
     # Bands are wider than the texts on them. Gaits 2 and 3 have the same loop: the red band lies on the wider blue one.
     for number, width, name in (
@@ -88,48 +98,60 @@ def _loops(figure: Figure, of: _FigureInput) -> None:
     ):
         gait = paper_gait(number, of.vehicle, of.coefficients)
         label = f"Gait {number}: {gait.color}"
-        gaits.gait_loop(
-            gait,
-            label=label,
-            width=width,
-            band=True,
-            ax=ax,
-        )
+        gaits.gait_loop(gait, label=label, width=width, band=True, ax=ax)
         x, y = gait.alpha[:, :2].mean(axis=0)
         base.draw_label(ax, (x, y + math.pi / 32), name)  # between the rows of nodes
     base.legend_above(ax, columns=3)
 
 
-def _regions(figure: Figure, of: _FigureInput) -> None:
+def _regions(figure: Figure, of: _Input) -> None:
     left, right = figure.subplots(1, 2)
     planes.regions_map(of.vehicle, ax=left)
     planes.singular_value_map(of.vehicle, ax=right)
 
 
-def _attitudes(figure: Figure, of: _FigureInput, *, number: int, bias: float) -> None:
-    """Draw the roll–pitch diagram of a gait of the paper and its biased gait."""
-    gait = paper_gait(number, of.vehicle, of.attitudes)
-    title = f"Gait {number}: {of.attitudes.kind} coefficients"
-    _draw_reading(figure.add_subplot(), title, gait, of.attitudes, number, bias)
+def _margins(figure: Figure, of: _Input) -> None:
+    planes.servo_margin_map(of.vehicle, ax=figure.add_subplot())
 
 
-def _other_readings(
-    figure: Figure, of: _FigureInput, *, number: int, bias: float
-) -> None:
-    """Draw the roll–pitch diagram of a blue gait of the paper with other digits than :func:`_attitudes`."""
-    exact = coefficients_of(of.vehicle, "exact")
-    readings = {"exact coefficients": paper_gait(number, of.vehicle, exact)}
-    if of.vehicle.carries_published_coefficients:
-        printed = coefficients_of(of.vehicle, "printed")
-        rounded = paper_gait(number, of.vehicle, printed)
-        readings["four-digit angles, exact formula"] = rounded
-        readings["printed vertices, exact formula"] = printed_gait(number, exact)
-    for place, (title, gait) in enumerate(readings.items(), start=1):
-        ax = figure.add_subplot(1, len(readings), place)
-        _draw_reading(ax, title, gait, exact, number, bias)
-        base.legend_below(ax)
-        if place > 1:
-            ax.set_ylabel("")
+def _set(figure: Figure, of: _Input) -> None:
+    gaits.draw_sheet(figure, [of.timed], [name_of(of.timed.gait)])
+
+
+def _attitudes(name: str, number: int, bias: float) -> PaperFigure:
+    """Return the roll–pitch diagram of a gait of the paper and its biased gait."""
+
+    def drawing(figure: Figure, of: _Input) -> None:
+        gait = paper_gait(number, of.vehicle, of.attitudes)
+        title = f"Gait {number}: {of.attitudes.kind} coefficients"
+        ax = figure.add_subplot()
+        _draw_reading(ax, title, gait, of.attitudes, f"Gait {number}", bias)
+
+    title = f"Unacceptable attitudes of Gait {number} and its biased gait, η = {bias:g}"
+    return PaperFigure(name, title, (85, 98), drawing)
+
+
+def _other_readings(name: str, number: int, bias: float) -> PaperFigure:
+    """Return the roll–pitch diagram of a blue gait of the paper with other digits than :func:`_attitudes`."""
+
+    def drawing(figure: Figure, of: _Input) -> None:
+        exact = coefficients_of(of.vehicle, "exact")
+        readings = {"exact coefficients": paper_gait(number, of.vehicle, exact)}
+        if of.vehicle.carries_published_coefficients:
+            printed = coefficients_of(of.vehicle, "printed")
+            rounded = paper_gait(number, of.vehicle, printed)
+            readings["four-digit angles, exact formula"] = rounded
+            vertices = printed_gait(number, exact)
+            readings["printed vertices, exact formula"] = vertices
+        axes = figure.subplots(1, len(readings), squeeze=False)[0]
+        for ax, (title, gait) in zip(axes, readings.items(), strict=True):
+            _draw_reading(ax, title, gait, exact, f"Gait {number}", bias)
+            base.legend_below(ax)
+            if ax is not axes[0]:
+                ax.set_ylabel("")
+
+    title = f"Figure {name.removesuffix('b')} with other digits"
+    return PaperFigure(name, title, (170, 84), drawing)
 
 
 def _draw_reading(
@@ -137,7 +159,7 @@ def _draw_reading(
     title: str,
     gait: Gait,
     coefficients: Coefficients,
-    number: int,
+    name: str,
     bias: float,
 ) -> None:
     """Draw the diagram of a gait with some digits; all digits count as they stand."""
@@ -149,7 +171,7 @@ def _draw_reading(
         coefficients=coefficients,
         angle_rounding=0.0,
     )
-    gaits.draw_robustness(ax, report, f"Gait {number}")
+    gaits.draw_robustness(ax, report, name)
     margins = []
     for robustness in (report.gait, report.sweep[0]):
         margin = robustness.tilt_margin
@@ -158,70 +180,38 @@ def _draw_reading(
     ax.set_title(f"{title}\ntilt margin {own}, biased {biased}")
 
 
-def _figures() -> dict[str, PaperFigure]:
-    figures = [  # with width and height [mm]
-        PaperFigure(
-            "1", "The tilt-rotor from above, and one rotor from the tip of its arm", (170, 98),
-            lambda figure, of: vehicle_figure(of.vehicle, ax=figure.add_subplot()),
-        ),
-        PaperFigure(
-            "2", "Number of roots (α3, α4) at each node (α1, α2)", (85, 92),
-            lambda figure, of: planes.root_counts(figure.add_subplot(), of.coefficients),
-        ),
-        PaperFigure("15", "Which types may be neighbours", (170, 68), _rule),
-        PaperFigure("16", "Types of the roots with R < 0", (170, 173), _types),
-        PaperFigure("17", "Gaits 1 to 3 on the map of types", (170, 177), _loops),
-        PaperFigure("regions", "Exact regions of the (α1, α2) plane on the red sheet", (170, 93), _regions),
-        PaperFigure(
-            "margins", "Servo margin of each posture of the red sheet", (100, 82),
-            lambda figure, of: planes.servo_margin_map(of.vehicle, ax=figure.add_subplot()),
-        ),
-        PaperFigure("set", "The set of a gait", (400, 84), lambda figure, of: gaits.draw_sheet(figure, [of.timed], [name_of(of.timed.gait)])),
-    ]  # fmt: skip
-    roots = {"first": "the first root", "other": "the other root", "both": "both roots"}
-    names = iter("345678")
-    for which, root in roots.items():
-        for angle in (3, 4):
-            drawing = partial(_in_space, planes.root_angle, angle=angle, which=which)
-            figure = PaperFigure(next(names), f"α{angle} of {root}", _SMALL, drawing)
-            figures.append(figure)
-    for name, sign, relation, which in (
-        ("9", "positive", ">", "first"),
-        ("11", "positive", ">", "other"),
-        ("13", "negative", "<", "first"),
-        ("14", "negative", "<", "other"),
-    ):
-        title = f"α3 and α4 of the {which} root where R {relation} 0"
-        drawing = partial(_in_space, planes.signed_roots, sign=sign, which=which)
-        figures.append(PaperFigure(name, title, _SMALL, drawing))
-    for name, which in (("10", "first"), ("12", "other")):
-        title = f"R of the {which} root where it is positive"
-        drawing = partial(
-            _in_space, planes.level_determinants, sign="positive", which=which
-        )
-        figures.append(PaperFigure(name, title, _SMALL, drawing))
-    for name, number, bias in (
-        ("18", 1, 0.8),
-        ("19", 2, 0.99),
-        ("20", 3, 0.8),
-        ("21", 4, 0.8),
-        ("22", 2, 0.8),
-    ):
-        title = (
-            f"Unacceptable attitudes of Gait {number} and its biased gait, η = {bias:g}"
-        )
-        drawing = partial(_attitudes, number=number, bias=bias)
-        figures.append(PaperFigure(name, title, (85, 98), drawing))
-        if number <= 2:
-            title = f"Figure {name} with other digits"
-            drawing = partial(_other_readings, number=number, bias=bias)
-            figures.append(PaperFigure(f"{name}b", title, (170, 84), drawing))
-    by_name = {figure.name: figure for figure in figures}
-    order = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "margins", "set")
-    return {name: by_name[name] for name in order}
-
-
-FIGURES: dict[str, PaperFigure] = _figures()
+_ANGLE, _SIGNED, _R = planes.root_angle, planes.signed_roots, planes.level_determinants
+_FIGURES = (
+    PaperFigure("1", "The tilt-rotor from above, and one rotor from the tip of its arm", (170, 98), _vehicle),
+    PaperFigure("2", "Number of roots (α3, α4) at each node (α1, α2)", (85, 92), _counts),
+    _in_space("3", "α3 of the first root", _ANGLE, angle=3, which="first"),
+    _in_space("4", "α4 of the first root", _ANGLE, angle=4, which="first"),
+    _in_space("5", "α3 of the other root", _ANGLE, angle=3, which="other"),
+    _in_space("6", "α4 of the other root", _ANGLE, angle=4, which="other"),
+    _in_space("7", "α3 of both roots", _ANGLE, angle=3, which="both"),
+    _in_space("8", "α4 of both roots", _ANGLE, angle=4, which="both"),
+    _in_space("9", "α3 and α4 of the first root where R > 0", _SIGNED, sign="positive", which="first"),
+    _in_space("10", "R of the first root where it is positive", _R, sign="positive", which="first"),
+    _in_space("11", "α3 and α4 of the other root where R > 0", _SIGNED, sign="positive", which="other"),
+    _in_space("12", "R of the other root where it is positive", _R, sign="positive", which="other"),
+    _in_space("13", "α3 and α4 of the first root where R < 0", _SIGNED, sign="negative", which="first"),
+    _in_space("14", "α3 and α4 of the other root where R < 0", _SIGNED, sign="negative", which="other"),
+    PaperFigure("15", "Which types may be neighbours", (170, 68), _rule),
+    PaperFigure("16", "Types of the roots with R < 0", (170, 173), _types),
+    PaperFigure("17", "Gaits 1 to 3 on the map of types", (170, 177), _loops),
+    _attitudes("18", 1, 0.8),
+    _attitudes("19", 2, 0.99),
+    _attitudes("20", 3, 0.8),
+    _attitudes("21", 4, 0.8),
+    _attitudes("22", 2, 0.8),
+    _other_readings("18b", 1, 0.8),
+    _other_readings("19b", 2, 0.99),
+    _other_readings("22b", 2, 0.8),
+    PaperFigure("regions", "Exact regions of the (α1, α2) plane on the red sheet", (170, 93), _regions),
+    PaperFigure("margins", "Servo margin of each posture of the red sheet", (100, 82), _margins),
+    PaperFigure("set", "The set of a gait", (400, 84), _set),
+)  # fmt: skip
+FIGURES = {figure.name: figure for figure in _FIGURES}
 """All figures by name, in the order of writing."""
 
 
@@ -248,7 +238,7 @@ def _input_of(
     vehicle: VehicleLike | None,
     coefficients: CoefficientsLike | None,
     gait: GaitLike | None,
-) -> _FigureInput:
+) -> _Input:
     chosen = vehicle_named(PAPER if vehicle is None else vehicle)
     numbers = coefficients_of(chosen, coefficients)
     if gait is None:
@@ -258,16 +248,14 @@ def _input_of(
     judged = numbers
     if coefficients is None:
         judged = numbers.as_they_stand
-    return _FigureInput(chosen, numbers, judged, timed)
+    return _Input(chosen, numbers, judged, timed)
 
 
-def _drawn(name: str, of: _FigureInput) -> Figure:
+def _drawn(name: str, of: _Input) -> Figure:
     known = FIGURES[name]
     with base.paper_style():
         figure = base.blank_figure(*known.size)
         known.drawing(figure, of)
-        if known.size == _SMALL:
-            figure.suptitle(known.title, fontsize=9)
     return figure
 
 
@@ -306,10 +294,11 @@ def write_figures(
     for kind in formats or ("none",):
         checked_choice("format", kind, base.FORMATS)
     of = _input_of(vehicle, coefficients, gait)
-    targets: dict[Path, str] = {}
+    targets: dict[str, list[Path]] = {}
     for name in names:
-        for kind in formats:
-            targets[folder / f"{FIGURES[name].stem}.{kind}"] = name
+        stem = FIGURES[name].stem
+        targets[name] = [folder / f"{stem}.{kind}" for kind in dict.fromkeys(formats)]
+    written = [path for paths in targets.values() for path in paths]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
@@ -317,10 +306,9 @@ def write_figures(
         raise FileProblem(
             f"output must be a folder that can be written, got {shown(str(folder))}: {reason}"
         ) from error
-    check_new_files(list(targets), force=force)
-    for name in names:
+    check_new_files(written, force=force)
+    for name, paths in targets.items():
         if progress is not None:
             progress(f"drawing {FIGURES[name].stem}")
-        paths = [path for path, drawn in targets.items() if drawn == name]
         base.write_pictures(_drawn(name, of), paths, force=force)
-    return list(targets)
+    return written

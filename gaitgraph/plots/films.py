@@ -1,13 +1,12 @@
 """Films: the vehicle with its lines of thrust, and below it angles over time, of one period of a gait or of a flight.
 
-A film is animated by matplotlib and written by Pillow, or by the program ffmpeg. The same gait or flight gives the
-same GIF with the same versions of matplotlib and Pillow.
+Frames are drawn by matplotlib, and written by Pillow, or by the program ffmpeg. The same gait or flight gives the same
+GIF with the same versions of matplotlib and Pillow.
 """
 
 from __future__ import annotations
 
 import math
-from functools import partial
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -34,14 +33,14 @@ from gaitgraph.plots.vehicles import (
 from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
     from gaitgraph.flight.flight import Flight
     from gaitgraph.gait.given import GaitLike
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.vehicle import Vehicle
 
 RATE = 25  # frames a second
 _FEWEST, _MOST = 10, 1500  # frames of a film
@@ -51,6 +50,7 @@ _PICTURE = (0.0, 112 / 420, 1.0, 272 / 420)  # axes: left, bottom, width, height
 _CHART = (52 / 480, 28 / 420, 412 / 480, 66 / 420)
 _MOST_SHARE = 2.4  # of the longest line of thrust
 _GROUND = -1.8  # arm lengths
+_SCREEN = np.stack(screen_axes(DEFAULT_VIEW), axis=-1)
 
 
 def check_films(paths: Sequence[str | Path], *, force: bool = False) -> None:
@@ -85,88 +85,75 @@ def write_films(
     timed = timed_gait_of(source)
     table = source if isinstance(source, Table) else table_of(timed)
     period, vehicle = timed.period, timed.gait.vehicle
-    count = frames_of(period)
     title = (
         f"{name_of(timed.gait)} · vehicle {short_name(vehicle.name)} · T = {period:g} s"
     )
     if isinstance(table.about.get("law"), str):
         title += f" · {table.about['law']}"
-    alpha = timed.at(period * np.arange(count) / count).alpha
-    with paper_style():
-        level = vehicle_view(np.zeros(4), vehicle)
-        figure, picture, chart = _blank_film(title + _speed(period), level)
-        times = np.linspace(0.0, period, 161)
-        draw_four(chart, times, np.degrees(timed.at(times).alpha), "_")
-        cursor = _finish_chart(chart, period, 10.0)
+    title += _speed(period)
 
-        def draw(k: int) -> list[Any]:
-            cursor.set_xdata([period * k / count])
-            return draw_vehicle(picture, vehicle_view(alpha[k], vehicle))
+    def write(path: Path) -> None:
+        with paper_style():
+            film = _Film(title, vehicle, period)
+            t = np.linspace(0.0, period, 161)
+            draw_four(film.chart, t, np.degrees(timed.at(t).alpha), "_")
+            film.finish_chart(10.0)
 
-        write = partial(_animate, figure, draw, range(count), provenance_text(table))
-        write_whole([(Path(path), write) for path in paths], force=force)
+            def draw(time: float) -> None:
+                alpha = timed.at(time).alpha
+                draw_vehicle(film.picture, vehicle_view(alpha, vehicle))
+
+            times = period * np.arange(frames_of(period)) / frames_of(period)
+            film.write(draw, times, provenance_text(table), path)
+
+    write_whole([(Path(path), write) for path in paths], force=force)
 
 
 def write_flight_film(flight: Flight, path: Path) -> None:
     """Write a film of a flight that has rows, at a path where nothing is. The viewer follows the vehicle."""
     (arm,) = flight.vehicle.require("arm_length", purpose="a picture of flight")
-    screen = np.stack(screen_axes(DEFAULT_VIEW), axis=-1)
     t = flight.column("t")
     places = np.stack([flight.column(name) for name in "xyz"], axis=-1)
     wanted = np.stack([flight.column(f"{name}_wanted") for name in "xyz"], axis=-1)
     shares = flight.thrusts / quarter_of_weight(flight)
-    tracks = flight.settings.reference != "attitude"
-    count = frames_of(flight.flown)
     timed = flight.course.timed
     title = f"{name_of(timed.gait)}, T = {timed.period:g} s · {start_of(flight)}"
+    verdict = fill(flight.reason or flight.verdict, 52, max_lines=2, placeholder=" …")
     with paper_style():
-        level = vehicle_view(np.zeros(4), flight.vehicle)
-        figure, picture, chart = _blank_film(title, level, zoom=0.68)
+        film = _Film(title, flight.vehicle, max(flight.flown, 1e-9), zoom=0.68)
         for name, color, width in (("roll", INK, 1.5), ("pitch", LINE_GREY, 2.5)):
             angles = np.degrees(flight.column(name))
-            chart.plot(
-                t,
-                angles,
-                color=color,
-                linewidth=width,
-                label=f"body {name}",
-            )
-        cursor = _finish_chart(chart, max(flight.flown, 1e-9), 5.0)
-        chart.legend(
-            ncols=2,
-            loc="upper center",
-            bbox_to_anchor=(0.5, -0.02),
-        )
-        look: dict[str, Any] = {"fontsize": 8, "linespacing": 1.5}
-        words = _write_at(figure, 16, 345, "", color=LINE_GREY, **look)
-        verdict = flight.reason or flight.verdict
-        verdict = fill(verdict, 52, max_lines=2, placeholder=" …")
-        box = {"facecolor": PALE, "edgecolor": "none", "pad": 4}
+            label = f"body {name}"
+            film.chart.plot(t, angles, color=color, linewidth=width, label=label)
+        film.finish_chart(5.0)
+        film.chart.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.02))
 
-        def draw(k: int) -> list[Any]:
-            row = int(np.searchsorted(t, flight.flown * k / count + 1e-12)) - 1
+        def draw(time: float) -> None:
+            row = int(np.searchsorted(t, time + 1e-12)) - 1
             here = places[row]
             x, y, z = here
-            words.set_text(
+            low, high = shares[row].min(), shares[row].max()
+            film.write_text(
+                345,
                 f"t = {t[row]:.2f} s{_speed(flight.flown)}\n"
                 f"x {x:z.2f} m   y {y:z.2f} m   z {z:z.2f} m\n"
-                f"thrust {shares[row].min():.2f} to {shares[row].max():.2f} × weight/4"
+                f"thrust {low:.2f} to {high:.2f} × weight/4",
+                color=LINE_GREY,
             )
-            cursor.set_xdata([t[row]])
-            drawn = _draw_ground(picture, here / arm, screen)
-            right, up = ((places[: row + 1] - here) / arm @ screen).T
-            drawn += picture.plot(right, up, color=LINE_GREY, linewidth=1.1)
-            if tracks:
-                right, up = (wanted[row] - here) / arm @ screen
-                ring: dict[str, Any] = {"markerfacecolor": "white", "color": LINE_GREY}
-                drawn += picture.plot(right, up, "o", **ring)
-            drawn += draw_vehicle(picture, flight_view(flight, row))
-            if k == count:
-                drawn.append(_write_at(figure, 16, 128, verdict, bbox=box, **look))
-            return drawn
+            _draw_ground(film.picture, here / arm)
+            right, up = ((places[: row + 1] - here) / arm @ _SCREEN).T
+            film.picture.plot(right, up, color=LINE_GREY, linewidth=1.1)
+            if flight.settings.reference != "attitude":
+                right, up = (wanted[row] - here) / arm @ _SCREEN
+                film.picture.plot(right, up, "o", mfc="white", color=LINE_GREY)
+            draw_vehicle(film.picture, flight_view(flight, row))
+            if time == flight.flown:
+                box = {"facecolor": PALE, "edgecolor": "none", "pad": 4}
+                film.write_text(128, verdict, bbox=box)
 
-        frames = [*range(count), *[count] * _PAUSE]
-        _animate(figure, draw, frames, provenance_text(flight.table), path)
+        count = frames_of(flight.flown)
+        times = flight.flown * np.minimum(np.arange(count + _PAUSE) / count, 1.0)
+        film.write(draw, times, provenance_text(flight.table), path)
 
 
 def frames_of(seconds: float) -> int:
@@ -189,103 +176,107 @@ def short_name(name: str, most: int = 32) -> str:
     return f"{name[: most - 1]}…"
 
 
-def _blank_film(
-    title: str, seen: VehicleView, zoom: float = 1.0
-) -> tuple[Figure, Axes, Axes]:
-    """Return a figure with axes for a vehicle, which fits at `zoom` 1, and axes for curves."""
-    from matplotlib.figure import Figure
+class _Film:
+    """A figure with axes for a vehicle, drawn again in each frame, and axes for curves of angles [°] over time."""
 
-    figure = Figure(figsize=(_WIDTH / 100, _HEIGHT / 100), dpi=100)
-    picture = figure.add_axes(_PICTURE)
-    picture.set_axis_off()
-    low, high = seen.limits
-    size = np.array([_PICTURE[2] * _WIDTH, _PICTURE[3] * _HEIGHT])
-    half = size * float(max((high - low) / size)) / 2 / zoom
-    left, bottom = (low + high) / 2 - half
-    right, top = (low + high) / 2 + half
-    picture.set(xlim=(left, right), ylim=(bottom, top))
-    _write_at(figure, 16, _HEIGHT - 19, title, fontsize=10, color=INK)
-    return figure, picture, figure.add_axes(_CHART)
+    def __init__(
+        self, title: str, vehicle: Vehicle, end: float, *, zoom: float = 1.0
+    ) -> None:
+        from matplotlib.figure import Figure
+
+        self.end = end
+        self.figure = Figure(figsize=(_WIDTH / 100, _HEIGHT / 100), dpi=100)
+        self.figure.text(
+            16 / _WIDTH, 1 - 19 / _HEIGHT, title, va="center", fontsize=10, color=INK
+        )
+        self.picture = self.figure.add_axes(_PICTURE)
+        self.chart = self.figure.add_axes(_CHART)
+        # The vehicle fits at `zoom` 1.
+        low, high = vehicle_view(np.zeros(4), vehicle).limits
+        size = np.array([_PICTURE[2] * _WIDTH, _PICTURE[3] * _HEIGHT])
+        half = size * max((high - low) / size) / 2 / zoom
+        self.left, self.bottom = (low + high) / 2 - half
+        self.right, self.top = (low + high) / 2 + half
+
+    def finish_chart(self, step: float) -> None:
+        """Scale the axes with curves, up to a multiple of a step."""
+        ax, end = self.chart, self.end
+        most = step * math.ceil(np.abs(ax.dataLim.intervaly).max() / step) or step
+        ax.set(xlim=(0.0, end), ylim=(-most, most))
+        ax.set_xticks([0.0, end], ["0", f"{end:.4g} s"])
+        ax.set_yticks([-most, 0.0, most], [f"−{most:g}°", "0", f"{most:g}°"])
+        ax.tick_params(length=0, labelcolor=LINE_GREY)
+        ax.spines[["top", "right", "bottom"]].set_visible(False)
+        ax.axhline(0.0, color=PALE, linewidth=0.8, zorder=0)
+
+    def write_text(self, height: float, text: str, **look: Any) -> None:
+        """Write a text into the frame that is drawn, at a height [px]."""
+        place = (16 / _WIDTH, height / _HEIGHT)
+        look |= {"va": "center", "fontsize": 8, "linespacing": 1.5}
+        self.picture.text(*place, text, transform=self.figure.transFigure, **look)
+
+    def write(
+        self,
+        draw: Callable[[float], None],
+        times: FloatArray,
+        about: str,
+        path: Path,
+    ) -> None:
+        """Write the film to a file; `draw` draws what the picture shows at a time."""
+        from matplotlib.animation import FFMpegWriter
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from PIL.Image import Dither, fromarray
+
+        canvas: Any = FigureCanvasAgg(self.figure)
+        cursor = self.chart.axvline(0.0, color=INK, linewidth=0.9)
+
+        def frames() -> Iterator[None]:
+            for time in times:
+                self.picture.clear()
+                self.picture.set(
+                    xlim=(self.left, self.right), ylim=(self.bottom, self.top)
+                )
+                self.picture.set_axis_off()
+                cursor.set_xdata([time])
+                draw(time)
+                yield
+
+        if path.suffix.lower() == ".mp4":
+            writer = FFMpegWriter(RATE, metadata={"comment": about})
+            with writer.saving(self.figure, path, dpi=100):
+                for _ in frames():
+                    writer.grab_frame()
+            return
+        images: list[Any] = []
+        for _ in frames():
+            canvas.draw()
+            image = fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+            # With the colors of the first frame in all less is stored of each.
+            palette = images[0] if images else None
+            images.append(image.quantize(palette=palette, dither=Dither.NONE))
+        images[0].save(
+            path,
+            save_all=True,
+            append_images=images[1:],
+            duration=1000 // RATE,
+            loop=0,
+            comment=about,
+        )
 
 
-def _write_at(figure: Figure, x: float, y: float, text: str, **look: Any) -> Any:
-    """Write a text at a place of a film [px]."""
-    return figure.text(x / _WIDTH, y / _HEIGHT, text, va="center", **look)
-
-
-def _finish_chart(ax: Axes, end: float, step: float) -> Line2D:
-    """Scale axes with curves of angles [°] over time, up to a multiple of `step`, and return the cursor."""
-    most = step * math.ceil(np.abs(ax.dataLim.intervaly).max() / step) or step
-    ax.set(xlim=(0.0, end), ylim=(-most, most))
-    ax.set_xticks([0.0, end], ["0", f"{end:.4g} s"])
-    ax.set_yticks([-most, 0.0, most], [f"−{most:g}°", "0", f"{most:g}°"])
-    ax.tick_params(length=0, labelcolor=LINE_GREY)
-    ax.spines[["top", "right", "bottom"]].set_visible(False)
-    ax.axhline(0.0, color=PALE, linewidth=0.8, zorder=0)
-    return ax.axvline(0.0, color=INK, linewidth=0.9)
-
-
-def _draw_ground(ax: Axes, here: Any, screen: Any) -> list[Any]:
+def _draw_ground(ax: Axes, here: Any) -> None:
     """Draw a grid on the ground around a position in arm lengths, and the shadow of the vehicle."""
+    look: dict[str, Any] = {"color": PALE, "linewidth": 0.8, "zorder": 0.5}
     steps = np.arange(-12.0, 13.0)
-    level = np.full((25, 25), _GROUND)
     x, y = np.meshgrid(steps + np.round(here[0]), steps + np.round(here[1]))
-    right, up = np.moveaxis((np.stack([x, y, level], axis=-1) - here) @ screen, -1, 0)
-    drawn = []
-    for lines in ((right, up), (right.T, up.T)):
-        drawn += ax.plot(*lines, color=PALE, linewidth=0.8, zorder=0.5)
+    grid = np.stack([x, y, np.full_like(x, _GROUND)], axis=-1) - here
+    right, up = np.moveaxis(grid @ _SCREEN, -1, 0)
+    ax.plot(right, up, **look)
+    ax.plot(right.T, up.T, **look)
     around = np.linspace(0.0, math.tau, 25)
-    ring = 0.35 * np.stack([np.cos(around), np.sin(around), 0 * around], axis=-1)
-    ring[:, 2] = _GROUND - here[2]
-    right, up = (ring @ screen).T
-    return drawn + ax.fill(right, up, color=PALE, zorder=0.6)
-
-
-def _animate(
-    figure: Figure,
-    draw: Callable[[int], list[Any]],
-    frames: Sequence[int],
-    about: str,
-    path: Path,
-) -> None:
-    """Write a film. `draw` draws a frame and returns the artists to remove before the next one."""
-    from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
-
-    class GifWriter(PillowWriter):
-        """Pillow's writer, with a comment, and with the colors of the first frame in all: less is stored of each."""
-
-        _frames: list[Any]
-
-        def grab_frame(self, **options: Any) -> None:
-            super().grab_frame(**options)
-            palette = self._frames[0] if len(self._frames) > 1 else None
-            self._frames[-1] = self._frames[-1].quantize(palette=palette, dither=0)
-
-        def finish(self) -> None:
-            self._frames[0].save(
-                self.outfile,
-                save_all=True,
-                append_images=self._frames[1:],
-                duration=1000 // RATE,
-                loop=0,
-                comment=about,
-            )
-
-    passing: list[Any] = []
-
-    def remove() -> None:
-        while passing:
-            passing.pop().remove()
-
-    def update(k: int) -> list[Any]:
-        remove()
-        passing.extend(draw(k))
-        return passing
-
-    writer = FFMpegWriter if path.suffix.lower() == ".mp4" else GifWriter
-    animation = FuncAnimation(figure, update, frames=frames)
-    animation.save(path, writer=writer(fps=RATE, metadata={"comment": about}))
-    remove()  # another film of the same figure may follow
+    height = np.full_like(around, _GROUND - here[2])
+    ring = np.stack([0.35 * np.cos(around), 0.35 * np.sin(around), height], axis=-1)
+    ax.fill(*(ring @ _SCREEN).T, color=PALE, zorder=0.6)
 
 
 def flight_view(flight: Flight, row: int) -> VehicleView:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from gaitgraph.flight.flight import Flight
+    from gaitgraph.gait.table import Table
 
 _WIDTH = 170.0  # of the figure [mm]
 _ENDS = 20.0  # height of its title and of the time below it [mm]
@@ -133,15 +133,13 @@ def _mark_phases(ax: Axes, flight: Flight, end: float, *, named: bool) -> None:
     course = flight.course
     begins = [begin for begin, _, _ in course.sections]
     ends = [*begins[1:], course.duration]
-    for k, phase in enumerate(course.phases):
-        if begins[k] >= min(ends[k], end):
-            continue
-        if k % 2:
-            shade: dict[str, Any] = {"color": "0.94", "linewidth": 0.0, "zorder": 0}
-            ax.axvspan(begins[k], min(ends[k], end), **shade)
-        if named:
+    phases = zip(course.phases, begins, np.minimum(ends, end), strict=True)
+    for number, (phase, begin, until) in enumerate(phases):
+        if begin < until and number % 2:
+            ax.axvspan(begin, until, color="0.94", linewidth=0.0, zorder=0)
+        if begin < until and named:
             place = ax.get_xaxis_transform()
-            ax.text(begins[k], 0.03, f" {phase}", color=base.GREY, transform=place)
+            ax.text(begin, 0.03, f" {phase}", color=base.GREY, transform=place)
 
 
 def _draw_attitude(ax: Axes, flight: Flight) -> None:
@@ -267,19 +265,11 @@ def write_flight(
             f"output {str(paths[0])!r} cannot be written, because nothing was flown"
         )
 
-    contents: list[tuple[Path, Any]] = []
-    for path in map(Path, paths):
-        suffix = path.suffix.lower()
-        if suffix in FILMS:
-            contents.append((path, partial(write_flight_film, flight)))
-        elif suffix in _PLOTS:
-            with base.paper_style():
-                axes = plot_flight(flight, axes=_panel_axes(PANELS))
-                contents.append((path, _picture(axes[0].figure, suffix)))
-        else:
-            write = FORMATS[suffix].function("write")
-            contents.append((path, partial(write, flight.table)))
-    write_whole(contents, force=force)
+    def draw() -> Any:
+        return plot_flight(flight, axes=_panel_axes(PANELS))[0].figure
+
+    film = partial(write_flight_film, flight)
+    _write(paths, lambda: flight.table, draw, film, force=force)
 
 
 def write_basins(
@@ -287,17 +277,28 @@ def write_basins(
 ) -> None:
     """Write basins of a gait and its biased gaits: tables with a row a flight, or one picture (.png, .svg, .pdf)."""
     check_flight_outputs(paths, of="basin", force=force)
+    draw = partial(basins_figure, basins)
+    _write(paths, partial(table_of_basins, basins), draw, force=force)
+
+
+def _write(
+    paths: Sequence[str | Path],
+    table: Callable[[], Table],
+    draw: Callable[[], Any],
+    film: Callable[[Path], None] | None = None,
+    *,
+    force: bool,
+) -> None:
+    """Write files whose suffixes select a table, a picture or a film."""
     contents: list[tuple[Path, Any]] = []
     for path in map(Path, paths):
-        suffix = path.suffix.lower()
-        if suffix in _PLOTS:
+        suffix: Any = path.suffix.lower()
+        if suffix in FILMS:
+            contents.append((path, film))
+        elif suffix in _PLOTS:
             with base.paper_style():
-                contents.append((path, _picture(basins_figure(basins), suffix)))
+                contents.append((path, base.picture_bytes(draw(), suffix[1:])))
         else:
             write = FORMATS[suffix].function("write")
-            contents.append((path, partial(write, table_of_basins(basins))))
+            contents.append((path, partial(write, table())))
     write_whole(contents, force=force)
-
-
-def _picture(figure: Figure, suffix: str) -> bytes:
-    return base.picture_bytes(figure, cast("base.Format", suffix[1:]))

@@ -31,7 +31,12 @@ from gaitgraph.planning.location import Location
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
 from gaitgraph.plots.planes import FINE, draw_zeros_of_R
-from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
+from gaitgraph.plots.vehicles import (
+    FROM_ABOVE,
+    draw_vehicle,
+    show_whole,
+    vehicle_view,
+)
 from gaitgraph.robustness.biased import Robustness, RobustnessReport, robustness_of
 from gaitgraph.robustness.comparing import Comparison
 from gaitgraph.surface.admissible import admissible_region
@@ -57,11 +62,9 @@ if TYPE_CHECKING:
 
     Shown = Pictured
 
-_DASHES: dict[str, Any] = {
-    "blue": (0, (3, 1.2)),
-    "none": (0, (1, 1)),
-}  # "none": off the surfaces
-_PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
+# "none": off the surfaces
+_DASHES: dict[str, Any] = {"red": "-", "blue": (0, (3, 1.2)), "none": (0, (1, 1))}
+_PALE = {"red": "#fcd4cd", "blue": "#9fb3e8", "none": "0.8"}
 _SIDE = HALF_PI - 1e-6
 _INSIDE = shapely.box(-_SIDE, -_SIDE, _SIDE, _SIDE)
 """The roll–pitch square without its sides."""
@@ -99,24 +102,17 @@ def gait_loop(
     colors = gait.colors or ("none",) * len(starts)
     inks = [base.COLOR_OF.get(color, "black") for color in colors]
     if len(starts) == 1:
-        x, y = starts[0]
         marker = base.MARKER_OF.get(colors[0], "D")
-        ax.plot(x, y, marker, color=inks[0], label=label)
+        ax.plot(*starts[0], marker, color=inks[0], label=label)
     begin = 0
     for color, run in groupby(colors):
         end = begin + len(list(run))
-        points = np.concatenate([starts[begin:end], ends[end - 1 : end]])
-        look: dict[str, Any] = {"color": inks[begin], "zorder": 4}
-        look["linestyle"] = _DASHES.get(color, "-")
+        x, y = np.vstack([starts[begin:end], ends[end - 1]]).T
+        look: dict[str, Any] = {"color": inks[begin], "linestyle": _DASHES[color]}
         if band:
-            look = {"color": _PALE.get(color, "0.8"), "zorder": 1.2}
-        ax.plot(
-            points[:, 0],
-            points[:, 1],
-            linewidth=width,
-            label=label,
-            **look,
-        )
+            look = {"color": _PALE[color]}
+        height = 1.2 if band else 4
+        ax.plot(x, y, linewidth=width, zorder=height, label=label, **look)
         label = None
         begin = end
     steps = ends - starts
@@ -167,7 +163,7 @@ def roll_pitch_diagram(
     return ax
 
 
-def draw_robustness(ax: Axes, report: RobustnessReport, name: str) -> None:
+def draw_robustness(ax: Axes, report: RobustnessReport, name: str = "gait") -> None:
     """Draw the roll–pitch diagram of a gait, and of its biased and scaled gaits; labels say the verdicts."""
     own = report.gait
     draw_attitudes(ax, own, f"{name}:\n{own.verdict}", base.RED)
@@ -195,8 +191,8 @@ def draw_attitudes(
         ax.add_patch(patch_from_polygon(_INSIDE, gid="singular", **look))
         return
     line: dict[str, Any] = {"color": color, "linestyle": dash}
-    outline = {"facecolor": (color, 0.12), "edgecolor": color, "linestyle": dash}
-    ax.fill([], [], label=label, **outline)  # for the legend
+    # For the legend.
+    ax.fill([], [], fc=(color, 0.12), ec=color, linestyle=dash, label=label)
     for _, curve in robustness.curves:
         if curve.kind == "curve":
             roll, pitch = curve.points().T
@@ -209,14 +205,7 @@ def draw_attitudes(
     border = shapely.line_merge(polygon.exterior.intersection(_INSIDE))
     for part in shapely.get_parts(border):
         roll, pitch = shapely.get_coordinates(part).T
-        ax.plot(
-            roll,
-            pitch,
-            linewidth=2.0,
-            gid="border",
-            zorder=3,
-            **line,
-        )
+        ax.plot(roll, pitch, linewidth=2.0, gid="border", zorder=3, **line)
 
 
 def _finish_diagram(ax: Axes, *, columns: int = 2) -> None:
@@ -227,24 +216,15 @@ def _finish_diagram(ax: Axes, *, columns: int = 2) -> None:
     base.legend_below(ax, columns=columns)
 
 
-def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
-    """Draw four tilt angles over time [s]."""
-    base.draw_four(ax, time, alpha, r"$\alpha_{}$")
-    base.angle_axis(ax.yaxis, r"\alpha_i")
-    ax.set(xlabel="$t$ (s)")
-    ax.margins(x=0.0)
-    ax.grid(True)
-
-
 # Each outcome has its own shape, so that no color is needed; the order is that of flight.flight.OUTCOMES.
-OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
-    "settled": {"marker": "o", "color": "#009e73"},
-    "not settled": {"marker": "D", "color": "#e69f00"},
-    "near singular": {"marker": "x", "color": "black"},
-    "sign change": {"marker": "*", "color": "black"},
-    "tumbling": {"marker": "v", "color": "#cc79a7"},
-    "upended": {"marker": "^", "color": "#56b4e9"},
-    "refused": {"marker": "s", "color": "#8a8a8a"},
+OUTCOME_LOOKS: dict[Outcome, tuple[str, str]] = {
+    "settled": ("o", "#009e73"),
+    "not settled": ("D", "#e69f00"),
+    "near singular": ("x", "black"),
+    "sign change": ("*", "black"),
+    "tumbling": ("v", "#cc79a7"),
+    "upended": ("^", "#56b4e9"),
+    "refused": ("s", "#8a8a8a"),
 }
 
 
@@ -261,18 +241,18 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     color = base.COLOR_OF.get(basin.timed.gait.color or "", base.GREY)
     draw_attitudes(ax, robustness_of(basin.timed, tilt=0.0).gait, label, color)
     size = 4.0 * min(1.0, 17 / len(basin.angles))
-    for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
-        roll, pitch = np.nonzero(basin.worst == code)
+    for code, (outcome, (marker, ink)) in enumerate(OUTCOME_LOOKS.items()):
+        roll, pitch = basin.angles[np.argwhere(basin.worst == code)].T
         if len(roll):
             ax.plot(
-                basin.angles[roll],
-                basin.angles[pitch],
-                linestyle="none",
+                roll,
+                pitch,
+                marker,
+                color=ink,
                 markersize=size,
                 label=f"{outcome}: {len(roll)}",
                 gid="outcome",
                 zorder=4,
-                **look,
             )
     settled = f"{percent(basin.fraction)} of {basin.worst.size} attitudes settled"
     ax.set_title(f"{name or basin.name}\n{settled}")
@@ -290,6 +270,56 @@ def basins_figure(basins: Sequence[Basin]) -> Figure:
     return figure
 
 
+def draw_sheet(
+    figure: Figure, gaits: Sequence[TimedGait], names: Sequence[str]
+) -> None:
+    """Draw the sets of gaits on an empty figure, a row for each; the scales of a column are the same."""
+    axes = figure.subplots(len(gaits), 5, squeeze=False)
+    for row, timed, name in zip(axes, gaits, names, strict=True):
+        _draw_set(row, timed, name)
+    for column in axes.T:
+        limits = [ax.get_ylim() for ax in column]
+        for ax in column:
+            ax.set_ylim(np.min(limits), np.max(limits))
+
+
+def _draw_set(axes: Sequence[Axes], timed: TimedGait, name: str) -> None:
+    """Draw a gait on five axes. Physics is exact, and level but for attitudes."""
+    loop, tilts, thrusts, attitudes, least = axes
+    titles = {
+        loop: "loop on the map",
+        tilts: "tilt angles",
+        thrusts: "hover thrusts",
+        attitudes: "acceptable attitudes",
+        least: "least singular value",
+    }
+    for ax, title in titles.items():
+        ax.set_title(fill(f"{name}: {title}", 46), fontsize=9)
+    vehicle = timed.gait.vehicle
+    t = np.linspace(0.0, timed.period, 2 * FINE)
+    alpha = timed.at(t).alpha
+    values = matrices.least_singular_value(alpha, vehicle)
+    _draw_gait_on_map(timed.gait, loop)
+    _draw_angles(tilts, t, alpha)
+    if values.min() > 1e-3:
+        shares = matrices.hover_thrust_shares(alpha, vehicle)
+        base.draw_four(thrusts, t, shares, "rotor {}")
+        if vehicle.thrust_share:
+            base.draw_limit(thrusts, vehicle.thrust_share, "limit")
+        thrusts.set_ylim(bottom=min(0.0, thrusts.get_ylim()[0]))
+    else:
+        base.draw_note(thrusts, "singular in level flight")
+    roll_pitch_diagram(timed.gait, name=name, ax=attitudes)
+    least.plot(t, values, "k", linewidth=1.6, label="least singular value, level")
+    base.draw_limit(least, DEFAULT_FLOOR, f"floor {DEFAULT_FLOOR:g}")
+    least.set_ylim(0.0, max(0.6, 1.1 * values.max()))
+    for ax, label in ((thrusts, "hover thrust (m·g)"), (least, "least singular value")):
+        ax.set(xlabel="$t$ (s)", ylabel=label, xlim=(0.0, timed.period))
+        ax.grid(True)
+    for ax in (loop, tilts, thrusts, least):
+        base.legend_below(ax, columns=2)
+
+
 def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
     """Draw an object on two-dimensional axes, by default those of a new figure, 6 by 5 inches, and return the axes.
 
@@ -298,170 +328,67 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
     is its four angles over time, a table those of its rows over time or row number, a report the part of each limit that the gait uses.
     """
     ax = base.axes_or_new(ax)
-    _draw(ax, shown, legend=True)
-    title = re.sub(r"-(?=\d)", "−", _title_of(shown))
-    ax.set_title(fill(title, 76), fontsize=9)
+    answer = _answer_of(shown)
+    _drawn(answer, ax)
+    if isinstance(answer, (Gait, Plan)):
+        base.legend_below(ax, columns=2)
+    title = str(shown).partition("\n")[0].rstrip(":")
+    if isinstance(shown, Report):
+        title = shown.verdict
+    elif isinstance(shown, Comparison):
+        title = ", ".join(shown.names)
+    elif isinstance(shown, Location):
+        title = f"Admissible regions, vehicle {shown.request.vehicle.name}"
+        if not any(place.region.components for place in shown.regions):
+            title += ": none"
+    ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 76), fontsize=9)
     return ax
 
 
-def _title_of(shown: Shown) -> str:
-    """Return a title: the first line of the object's text, unless that speaks of a part of the picture alone."""
-    if isinstance(shown, Report):
-        return shown.verdict
-    if isinstance(shown, Comparison):
-        return ", ".join(shown.names)
-    if isinstance(shown, Location):
-        is_empty = not any(place.region.components for place in shown.regions)
-        none = ": none" if is_empty else ""
-        return f"Admissible regions, vehicle {shown.request.vehicle.name}{none}"
-    return str(shown).partition("\n")[0].rstrip(":")
-
-
-def draw_sheet(
-    figure: Figure, gaits: Sequence[TimedGait], names: Sequence[str]
-) -> None:
-    """Draw the pictures of gaits on an empty figure, a row for each; the scales of a column are the same.
-
-    Physics is exact, and level but for attitudes.
-    """
-    axes = figure.subplots(len(gaits), len(_PANELS), squeeze=False)
-    for (title, draw), column in zip(_PANELS.items(), axes.T, strict=True):
-        for timed, name, ax in zip(gaits, names, column, strict=True):
-            ax.set_title(fill(f"{name}: {title}", 46), fontsize=9)
-            draw(ax, timed, name)
-        limits = [ax.get_ylim() for ax in column]
-        low, high = np.min(limits), np.max(limits)
-        for ax in column:
-            ax.set_ylim(low, high)
-
-
-def _draw_loop(ax: Axes, timed: TimedGait, _: str) -> None:
-    _draw_gait_on_map(ax, timed.gait)
-    base.legend_below(ax, columns=2)
-
-
-def _draw_diagram(ax: Axes, timed: TimedGait, name: str) -> None:
-    roll_pitch_diagram(timed.gait, name=name, ax=ax)
-
-
-def _draw_tilts(ax: Axes, timed: TimedGait, _: str) -> None:
-    t, alpha = _over_a_period(timed)
-    draw_angles(ax, t, alpha)
-    base.legend_below(ax, columns=2)
-
-
-def _draw_thrusts(ax: Axes, timed: TimedGait, _: str) -> None:
-    t, alpha = _over_a_period(timed)
-    vehicle = timed.gait.vehicle
-    if matrices.least_singular_value(alpha, vehicle).min() > 1e-3:
-        shares = matrices.hover_thrust_shares(alpha, vehicle)
-        base.draw_four(ax, t, shares, "rotor {}")
-        if vehicle.thrust_share:
-            base.draw_limit(ax, vehicle.thrust_share, "limit")
-        ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
-    else:
-        base.draw_note(ax, "singular in level flight")
-    _finish_over_time(ax, timed, "hover thrust (m·g)")
-
-
-def _draw_singular_value(ax: Axes, timed: TimedGait, _: str) -> None:
-    t, alpha = _over_a_period(timed)
-    values = matrices.least_singular_value(alpha, timed.gait.vehicle)
-    ax.plot(t, values, "k", linewidth=1.6, label="least singular value, level")
-    base.draw_limit(ax, DEFAULT_FLOOR, f"floor {DEFAULT_FLOOR:g}")
-    ax.set_ylim(0.0, max(0.6, 1.1 * values.max()))
-    _finish_over_time(ax, timed, "least singular value")
-
-
-def _over_a_period(timed: TimedGait) -> tuple[FloatArray, FloatArray]:
-    """Return times, and the tilt angles there."""
-    t = np.linspace(0.0, timed.period, 2 * FINE)
-    return t, timed.at(t).alpha
-
-
-def _finish_over_time(ax: Axes, timed: TimedGait, label: str) -> None:
-    ax.set(xlabel="$t$ (s)", ylabel=label, xlim=(0.0, timed.period))
-    ax.grid(True)
-    base.legend_below(ax, columns=2)
-
-
-_PANELS = {
-    "loop on the map": _draw_loop,
-    "tilt angles": _draw_tilts,
-    "hover thrusts": _draw_thrusts,
-    "acceptable attitudes": _draw_diagram,
-    "least singular value": _draw_singular_value,
-}
-
-
 def html_of(shown: Shown) -> str:
-    """Return an object as HTML that can be put anywhere in a page: its text as a small table, and its picture.
+    """Return an object as HTML that can be put anywhere in a page: its text, and its picture.
 
-    A report has none: its table says what the picture does.
+    A report has no picture: its text says the same.
     """
     title, _, text = str(shown).partition("\n")
     picture = ""
     if not isinstance(shown, Report):
-        picture, words = _picture(shown)
+        picture, words = _picture(shown, title)
         if words != title:
             text = f"{text}\n{words}"
-    box = f'<div style="flex:1 1 24em;min-width:0"><strong>{escape(title)}</strong>{_table_of(text)}</div>'
+    lines = f'<pre style="white-space:pre-wrap">{escape(text)}</pre>'
+    box = f'<div style="flex:1 1 24em;min-width:0"><strong>{escape(title)}</strong>{lines}</div>'
     return f'<div style="display:flex;flex-wrap:wrap;align-items:flex-start;gap:4px 20px">{picture}{box}</div>'
 
 
-def _table_of(text: str) -> str:
-    """Return lines of text as an HTML table; two blanks are between cells, and four before a line that goes on."""
-    rows: list[list[str]] = []
-    for line in filter(str.strip, text.splitlines()):
-        cells = re.split(" {2,}", line.strip())
-        if not line.startswith("    "):
-            rows.append(cells)
-        elif len(cells) == 1 and rows:
-            rows[-1][-1] += f" {cells[0]}"
-        else:  # the first cell is empty
-            rows.append(["", *cells])
-    columns = max(map(len, rows), default=0)
-    table = ""
-    for cells in rows:
-        span = columns - len(cells) + 1
-        table += "<tr>"
-        for cell in cells[:-1]:
-            table += f"<td>{escape(cell)}</td>"
-        last = escape(cells[-1])
-        table += f'<td colspan="{span}" style="text-align:left">{last}</td></tr>'
-    return f"<table>{table}</table>"
-
-
-def _picture(shown: Shown) -> tuple[str, str]:
-    """Return a small picture as an HTML element and what it shows, or twice "" without one."""
+def _picture(shown: Shown, title: str) -> tuple[str, str]:
+    """Return a small picture as an HTML element and what it shows, or "" and the title without one."""
     try:
         with base.paper_style():
             figure = base.blank_figure(70, 62)
-            words = _draw(figure.add_subplot(), shown, legend=False)
+            words = _drawn(_answer_of(shown), figure.add_subplot()) or title
             content = base64.b64encode(base.picture_bytes(figure, "png")).decode()
     except InputError:  # no matplotlib, or a table without rows of tilt angles
-        return "", ""
+        return "", title
     # Half as wide as its pixels, to be sharp on screens of high resolution.
     source = f"data:image/png;base64,{content}"
     return f'<img alt="{escape(words)}" width="276" src="{source}">', words
 
 
-def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
-    """Draw an object, a gait or a plan with a legend if that is asked for, and return what the picture shows."""
-    title = str(shown).partition("\n")[0]
+def _answer_of(shown: Any) -> Any:
+    """Return what the picture of an object shows: itself, or the gait that is its answer."""
+    answer = shown
     if isinstance(shown, Pictured):
-        shown = shown._shown
-        if shown is None:
-            raise InputError(f"an answer must have a gait to be plotted, got: {title}")
-    words = _drawn(shown, ax)
-    if legend and isinstance(shown, (Gait, Plan)):
-        base.legend_below(ax, columns=2)
-    return words or title
+        answer = shown._shown
+    if answer is None:
+        title = str(shown).partition("\n")[0]
+        raise InputError(f"an answer must have a gait to be plotted, got: {title}")
+    return answer
 
 
 @singledispatch
-def _drawn(shown: Any, ax: Axes) -> str:
-    """Draw an object of one of the kinds below; return what the picture shows, "" for the object's first line."""
+def _drawn(shown: Any, ax: Axes) -> str | None:
+    """Draw an object of one of the kinds below; return what the picture shows, None for the object's first line."""
     raise InputError(
         "only gaits, tables, plans, reports, other answers, regions and vehicles can be plotted, got "
         f"{shown_value(shown)}"
@@ -469,17 +396,28 @@ def _drawn(shown: Any, ax: Axes) -> str:
 
 
 @_drawn.register(Gait)
-def _(gait: Gait, ax: Axes) -> str:
-    return _draw_gait_on_map(ax, gait)
+def _draw_gait_on_map(gait: Gait, ax: Axes, zones: Zones | None = None) -> str:
+    """Draw a gait on the map of its sheet, and return what is shaded."""
+    sign: Sign | None = None
+    if gait.R.min() > 0:
+        sign = "positive"
+    elif gait.R.max() < 0:
+        sign = "negative"
+    words = _draw_map(ax, gait.vehicle, gait.color, sign, gait.coefficients, zones)
+    label = f"gait, {gait.sheet_in_words}"
+    gait_loop(gait, label=label, width=2.2, ax=ax)
+    end = max(HALF_PI, float(np.abs(gait.alpha[:, :2]).max()))
+    ax.set(xlim=(-end, end), ylim=(-end, end))
+    return words
 
 
 @_drawn.register(Plan)
 def _(plan: Plan, ax: Axes) -> str:
     request = plan.request
     if plan.loop is not None:
-        words = _draw_gait_on_map(ax, plan.loop.gait, request.zones)
+        words = _draw_gait_on_map(plan.loop.gait, ax, request.zones)
     else:
-        color: Color = "blue" if request.color == "blue" else "red"
+        color = "blue" if request.color == "blue" else "red"
         sign = None if request.sign == "auto" else request.sign
         coefficients = coefficients_of(request.vehicle, request.coefficients)
         words = _draw_map(ax, request.vehicle, color, sign, coefficients, request.zones)
@@ -487,74 +425,58 @@ def _(plan: Plan, ax: Axes) -> str:
         for waypoint, place in zip(plan.waypoints, nearest, strict=False):
             if waypoint != place:
                 base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])
-    for waypoint in plan.waypoints:
-        ring: dict[str, Any] = {"markerfacecolor": "none", "label": "waypoints"}
-        ax.plot(
-            waypoint[0],
-            waypoint[1],
-            "ko",
-            markersize=7,
-            zorder=5,
-            **ring,
-        )
+    look: dict[str, Any] = {"fillstyle": "none", "label": "waypoints"}
+    for x, y in plan.waypoints:
+        ax.plot(x, y, "ko", markersize=7, zorder=5, **look)
     return f"{words}; rings: waypoints"
 
 
 @_drawn.register(TimedGait)
-def _(timed: TimedGait, ax: Axes) -> str:
-    draw_angles(ax, timed.t, timed.alpha)
+def _(timed: TimedGait, ax: Axes) -> None:
+    _draw_angles(ax, timed.t, timed.alpha)
     base.legend_below(ax, columns=4)
-    return ""
 
 
 @_drawn.register(Table)
-def _(shown: Table, ax: Axes) -> str:
+def _(shown: Table, ax: Axes) -> None:
     table = checked_table(shown)
     alpha = tilt_angles(table, surface_of(table)[1])
     if "t" in table:
-        draw_angles(ax, table["t"], alpha)
+        _draw_angles(ax, table["t"], alpha)
     else:
-        draw_angles(ax, np.arange(1.0, len(alpha) + 1), alpha)
+        _draw_angles(ax, np.arange(1.0, len(alpha) + 1), alpha)
         ax.set_xlabel("row")
     base.legend_below(ax, columns=4)
-    return ""
+
+
+def _draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
+    """Draw four tilt angles over time [s]."""
+    base.draw_four(ax, time, alpha, r"$\alpha_{}$")
+    base.angle_axis(ax.yaxis, r"\alpha_i")
+    ax.set(xlabel="$t$ (s)")
+    ax.margins(x=0.0)
+    ax.grid(True)
 
 
 @_drawn.register(Flight)
-def _(flight: Flight, ax: Axes) -> str:
+def _(flight: Flight, ax: Axes) -> None:
     for name in ("roll", "pitch", "yaw"):
         ax.plot(flight.column("t"), np.degrees(flight.column(name)), label=name)
     ax.set(xlabel="$t$ (s)", ylabel="attitude (°)")
     base.legend_below(ax, columns=3)
-    return ""
-
-
-@_drawn.register(Report)
-def _(report: Report, ax: Axes) -> str:
-    _draw_checks(ax, report)
-    return ""
 
 
 @_drawn.register(RobustnessReport)
-def _(report: RobustnessReport, ax: Axes) -> str:
-    draw_robustness(ax, report, "gait")
-    return ""
+def _(report: RobustnessReport, ax: Axes) -> None:
+    draw_robustness(ax, report)
 
 
 @_drawn.register(Comparison)
-def _(comparison: Comparison, ax: Axes) -> str:
+def _(comparison: Comparison, ax: Axes) -> None:
     for name, timed in zip(comparison.names, comparison.gaits, strict=True):
         gait_loop(timed.gait, label="_", ax=ax)
-        middle = timed.gait.alpha[:, :2].mean(axis=0)
-        base.draw_label(ax, middle, name)
+        base.draw_label(ax, timed.gait.alpha[:, :2].mean(axis=0), name)
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
-    return ""
-
-
-@_drawn.register(Region)
-def _(region: Region, ax: Axes) -> str:
-    _draw_region(ax, region)
-    return ""
 
 
 @_drawn.register(Location)
@@ -563,11 +485,9 @@ def _(location: Location, ax: Axes) -> str:
     request = location.request
     for place in location.regions:
         vehicle = request.vehicle if place.color == "red" else None
-        use = f"{request.require}, {place.color}"
-        _draw_region(ax, place.region, vehicle, use)
+        _draw_region(place.region, ax, vehicle, f"{request.require}, {place.color}")
         for number, part in enumerate(place.region.components, start=1):
-            inside = part.representative_point()
-            base.draw_label(ax, (inside.x, inside.y), str(number))
+            base.draw_label(ax, _inside(part), str(number))
     for number, (x, y) in enumerate(request.waypoints, start=1):
         ax.plot(x, y, "ko", markersize=4)
         base.draw_label(ax, (x, y), f"waypoint {number}", va="bottom")
@@ -576,21 +496,15 @@ def _(location: Location, ax: Axes) -> str:
 
 
 @_drawn.register(Vehicle)
-def _(vehicle: Vehicle, ax: Axes) -> str:
+def _(vehicle: Vehicle, ax: Axes) -> None:
     seen = vehicle_view(np.zeros(4), vehicle, view=FROM_ABOVE)
-    low, high = seen.limits
-    ax.set(
-        xlim=(low[0], high[0]),
-        ylim=(low[1], high[1]),
-        aspect="equal",
-    )
-    ax.set_axis_off()
+    show_whole(ax, seen)
     draw_vehicle(ax, seen)
-    return ""
 
 
+@_drawn.register(Region)
 def _draw_region(
-    ax: Axes, region: Region, vehicle: Vehicle | None = None, use: str = ""
+    region: Region, ax: Axes, vehicle: Vehicle | None = None, use: str = ""
 ) -> None:
     """Fill a region; with a vehicle in the color of the sign of R on its red sheet. `use` is for the legend."""
     from shapely.plotting import patch_from_polygon
@@ -598,11 +512,12 @@ def _draw_region(
     for part in region.components[:_MOST_SHOWN]:
         face, relation = "0.9", "$R=0$ in exact physics"
         if vehicle is not None:
-            inside = part.representative_point()
+            x, y = _inside(part)
+            opposite = sheet_angles("red", x, y, "exact", vehicle=vehicle)
+            alpha = np.array([x, y, *opposite])
+            R = matrices.level_determinant(alpha, "exact", vehicle=vehicle)
             face, relation = base.NEGATIVE, "$R<0$"
-            opposite = sheet_angles("red", inside.x, inside.y, "exact", vehicle=vehicle)
-            alpha = [inside.x, inside.y, *map(float, opposite)]
-            if matrices.level_determinant(alpha, "exact", vehicle=vehicle) > 0:
+            if R > 0:
                 face, relation = base.POSITIVE, "$R>0$"
         label = f"{use}, {relation}" if use else None
         look = {"facecolor": face, "edgecolor": base.GREY, "linewidth": 0.5}
@@ -610,22 +525,10 @@ def _draw_region(
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
 
 
-def _draw_gait_on_map(ax: Axes, gait: Gait, zones: Zones | None = None) -> str:
-    """Draw a gait on the map of its sheet, and return what is shaded."""
-    sign: Sign | None = None
-    if gait.R.min() > 0:
-        sign = "positive"
-    elif gait.R.max() < 0:
-        sign = "negative"
-    color = gait.color
-    if gait.vehicle.asymmetry is not None:
-        color = "red"
-    words = _draw_map(ax, gait.vehicle, color, sign, gait.coefficients, zones)
-    label = f"gait, {gait.sheet_in_words}"
-    gait_loop(gait, label=label, width=2.2, ax=ax)
-    end = max(HALF_PI, float(np.abs(gait.alpha[:, :2]).max()))
-    ax.set(xlim=(-end, end), ylim=(-end, end))
-    return words
+def _inside(part: shapely.Polygon) -> tuple[float, float]:
+    """Return a point inside of a part of a region."""
+    point = part.representative_point()
+    return point.x, point.y
 
 
 def _draw_map(
@@ -638,6 +541,9 @@ def _draw_map(
 ) -> str:
     """Shade where a gait of a sheet is admissible, draw where R = 0 and polygons, and return what is shaded."""
     words = "its loop in the plane of α1 and α2"
+    sheet = f"{color} "
+    if vehicle.asymmetry is not None:  # it has one sheet
+        color, sheet = "red", ""
     if color in ("red", "blue"):
         # Nothing is flyable on blue; limits of thrust need the mass.
         can_be_judged = vehicle.max_thrust is None or vehicle.mass is not None
@@ -653,71 +559,57 @@ def _draw_map(
             zones=zones,
             accuracy=_COARSE,
         )
-        words = f"shaded: where a {color} gait"
-        if vehicle.asymmetry is not None:
-            words = "shaded: where a gait"
-        if sign is not None:
-            words += f" with {RELATION[sign]}"
-        words += f" is {require}"
+        relation = f" with {RELATION[sign]}" if sign else ""
+        words = f"shaded: where a {sheet}gait{relation} is {require}"
         if zones:
             words += ", with the given polygons"
-        _draw_region(ax, region, vehicle if color == "red" else None, require)
+        _draw_region(region, ax, vehicle if color == "red" else None, require)
     if color == "red":
         draw_zeros_of_R(ax, vehicle)
         ax.plot(0, 0, "k+", markersize=7, label="all upright")
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
     for corners in zones.keep_out if zones else ():
         x, y = np.transpose(corners)
-        look: dict[str, Any] = {"facecolor": "white", "edgecolor": base.GREY}
-        ax.fill(x, y, label="keep out", hatch="///", **look)
+        ax.fill(x, y, fc="white", ec=base.GREY, hatch="///", label="keep out")
     return words
 
 
-def _draw_checks(ax: Axes, report: Report) -> None:
+@_drawn.register(Report)
+def _draw_checks(report: Report, ax: Axes) -> None:
     """Draw the part of its limit that each check of a report uses, with its mark and its message."""
     from matplotlib.ticker import PercentFormatter
 
+    names = []
     for row, check in enumerate(report.checks):
         verdict, mark = _MARKS[check.mark]
-        color = base.PALETTE[verdict][0]
         used = 0.0
         if check.value is not None and check.limit:
             used = abs(check.value / check.limit)
             if check.name in ("R_sign", "least_singular_value") and used:
                 used = 1.0 / used  # these limits are floors
+        color = base.PALETTE[verdict][0]
         ax.barh(row + 0.2, min(used, 1.5), height=0.36, color=color)
         words = shorten(check.message.partition(": ")[0], 84, placeholder=" …")
-        look: dict[str, Any] = {"fontsize": 6.5, "va": "center"}
-        look["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        box: dict[str, Any] = {"fc": "white", "ec": "none", "pad": 0.5}
         ax.text(
             0.01,
             row - 0.22,
             words,
             color="0.3",
-            gid=check.name,
-            **look,
-        )
-        name = f"{check.name.replace('_', ' ')}  {mark}"
-        ax.text(
-            -0.02,
-            row,
-            name,
-            color=color,
-            fontsize=8,
-            ha="right",
+            fontsize=6.5,
             va="center",
+            bbox=box,
+            gid=check.name,
         )
-    ax.axvline(
-        1.0,
-        color="black",
-        linewidth=0.8,
-        linestyle="--",
-        zorder=0,
-    )
+        names.append(f"{check.name.replace('_', ' ')}  {mark}")
+    ax.set_yticks(range(len(names)), names, fontsize=8)
+    for label, check in zip(ax.get_yticklabels(), report.checks, strict=True):
+        label.set_color(base.PALETTE[_MARKS[check.mark][0]][0])
+    ax.tick_params(axis="y", length=0)
+    ax.axvline(1.0, color="black", linewidth=0.8, linestyle="--", zorder=0)
     ax.xaxis.set_major_formatter(PercentFormatter(1.0))
     ax.set(
         xlim=(0.0, 1.5),
-        ylim=(len(report.checks) - 0.4, -0.6),
-        yticks=[],
+        ylim=(len(names) - 0.4, -0.6),
         xlabel="part of the limit that is used",
     )

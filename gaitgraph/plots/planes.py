@@ -325,7 +325,7 @@ def _write_types(
     ax: Axes, roots: Roots, here: IntArray, place: tuple[float, float]
 ) -> None:
     """Write the types of some roots at their node, each once, red ones first."""
-    written = {}
+    written: dict[tuple[str, str], None] = {}
     for k in sorted(here, key=lambda k: -roots.sheet[k]):
         ink = base.BLUE
         if roots.sign[k] == 0:

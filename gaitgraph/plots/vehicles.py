@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -137,66 +138,48 @@ def _numbers(name: str, values: npt.ArrayLike, *shapes: tuple[int, ...]) -> Floa
     return numbers
 
 
-def draw_vehicle(ax: Axes, seen: VehicleView) -> list[Any]:
-    """Draw a view on axes of equal scales, in arm lengths, and return the artists."""
-    drawn: list[Any] = []
-    centre = np.zeros(2)
+def draw_vehicle(ax: Axes, seen: VehicleView) -> None:
+    """Draw a view on axes of equal scales, in arm lengths; what is nearer is drawn later."""
+    centre = (0.0, 0.0)
     for end in (*seen.arms, centre):
-        drawn += _line(ax, seen.hub, end, 3.6, zorder=1)
-    drawn.append(
-        draw_arrow(
-            ax,
-            centre,
-            seen.nose,
-            INK,
-            width=1.5,
-            size=8,
-            zorder=1.5,
-        )
-    )
-    drawn += ax.plot(
-        0.0,
-        0.0,
-        "o",
-        color=INK,
-        markersize=8.0,
-        zorder=1.5,
-    )
-    for place, rotor in enumerate(seen.order):
-        order = 2.0 + 0.1 * place
-        end, middle, tip = seen.arms[rotor], seen.centres[rotor], seen.tips[rotor]
-        drawn += _line(ax, end, middle, 2.9, zorder=order)
-        drawn.append(_disc(ax, seen.rims[rotor], ROTOR_COLORS[rotor], order + 0.02))
-        drawn += _line(ax, middle, middle, 3.6, INK, marker="o", zorder=order + 0.03)
-        above = order + 0.01
+        _line(ax, seen.hub, end, 3.6)
+    draw_arrow(ax, centre, seen.nose, INK, width=1.5, size=8, zorder=2)
+    _line(ax, centre, centre, 1.0, INK, marker="o", markersize=8.0)
+    for rotor in seen.order:
+        middle = seen.centres[rotor]
+        arrow = partial(draw_arrow, ax, middle, seen.tips[rotor], INK, width=1.8)
+        _line(ax, seen.arms[rotor], middle, 2.9)
+        if not seen.facing[rotor]:
+            arrow(zorder=2)
+        _disc(ax, seen.rims[rotor], ROTOR_COLORS[rotor])
+        _line(ax, middle, middle, 3.6, INK, marker="o")
         if seen.facing[rotor]:
-            above = order + 0.04
-        drawn.append(draw_arrow(ax, middle, tip, INK, width=1.8, zorder=above))
-    for rotor, label in enumerate(seen.labels):
-        box = {"boxstyle": "circle,pad=0.25", "edgecolor": "white"}
-        box["facecolor"] = ROTOR_COLORS[rotor]
-        look: dict[str, Any] = {"fontsize": 8.0, "weight": "bold", "zorder": 3}
-        drawn.append(draw_label(ax, label, str(rotor + 1), "white", bbox=box, **look))
-    return drawn
+            arrow(zorder=2)
+    for number, (label, color) in enumerate(
+        zip(seen.labels, ROTOR_COLORS, strict=True), start=1
+    ):
+        box = {"boxstyle": "circle,pad=0.25", "ec": "white", "fc": color}
+        draw_label(
+            ax, label, f"{number}", "white", bbox=box, fontsize=8.0, weight="bold"
+        )
 
 
-def _disc(ax: Axes, rim: FloatArray, color: str, zorder: float) -> Any:
-    (disc,) = ax.fill(
-        rim[:, 0],
-        rim[:, 1],
-        facecolor=color,
-        edgecolor=INK,
-        linewidth=0.9,
-        zorder=zorder,
-    )
-    return disc
+def show_whole(ax: Axes, seen: VehicleView) -> None:
+    """Scale axes so that a vehicle fits, and hide their frame."""
+    (left, bottom), (right, top) = seen.limits
+    ax.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+    ax.set_axis_off()
+
+
+def _disc(ax: Axes, rim: FloatArray, color: str) -> None:
+    ax.fill(*rim.T, facecolor=color, edgecolor=INK, linewidth=0.9, zorder=2)
 
 
 def _line(
     ax: Axes, start: Any, end: Any, width: float, color: str = LINE_GREY, **look: Any
-) -> list[Any]:
+) -> None:
     x, y = np.array([start, end]).T
-    return ax.plot(x, y, color=color, linewidth=width, **look)
+    ax.plot(x, y, color=color, linewidth=width, zorder=2, **look)
 
 
 _GREY = "0.35"
@@ -212,9 +195,9 @@ def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> A
     seen = vehicle_view(np.zeros(4), vehicle, view=FROM_ABOVE)
     clockwise = thrust_signs(vehicle_named(vehicle)) < 0
     for arm in seen.arms:
-        _line(ax, (0.0, 0.0), arm, 2.5, _GREY, zorder=1)
+        _line(ax, (0.0, 0.0), arm, 2.5, _GREY)
     for number, outward in enumerate(seen.arms, start=1):
-        _disc(ax, seen.rims[number - 1], "0.94", 2)
+        _disc(ax, seen.rims[number - 1], "0.94")
         # The direction of the thrust at a positive tilt.
         leaning = np.array([outward[1], -outward[0]])
         arc, spin = (200, 520), "ccw"
@@ -241,16 +224,7 @@ def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> A
 
 
 def _draw_axis_out_of_the_page(ax: Axes, place: Any, size: float) -> None:
-    _line(
-        ax,
-        place,
-        place,
-        0.8,
-        "black",
-        marker="o",
-        markersize=size,
-        mfc="white",
-    )
+    _line(ax, place, place, 0.8, "black", marker="o", markersize=size, mfc="white")
     _line(ax, place, place, 0.8, "black", marker=".", markersize=size / 2)
 
 
@@ -258,20 +232,10 @@ def _draw_arc(
     ax: Axes, center: FloatArray, radius: float, arc: tuple[float, float], color: str
 ) -> None:
     """Draw an arrow along an arc from one angle to another [°]."""
-    from matplotlib.patches import FancyArrowPatch
-    from matplotlib.path import Path
-
-    around = np.radians(np.linspace(arc[0], arc[1], 49))
-    path = Path(center + radius * np.stack([np.cos(around), np.sin(around)], axis=-1))
-    look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 7}
-    ax.add_patch(
-        FancyArrowPatch(
-            path=path,
-            color=color,
-            zorder=3,
-            **look,
-        )
-    )
+    around = np.radians(np.linspace(*arc, 49))
+    x, y = center[:, None] + radius * np.array([np.cos(around), np.sin(around)])
+    ax.plot(x, y, color=color, zorder=3)
+    draw_arrow(ax, (x[-2], y[-2]), (x[-1], y[-1]), color, width=0.0, size=7)
 
 
 def _draw_from_the_tip(ax: Axes) -> None:
