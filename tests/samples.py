@@ -136,6 +136,12 @@ def table_from(alpha: Any, *, t: Any = None, **columns: Any) -> Table:
     )
 
 
+def rows_of(table: Table, start: int, stop: int) -> Table:
+    """Return some consecutive rows of a table, counted from 0."""
+    chosen = {name: values[start:stop] for name, values in table.columns.items()}
+    return replace(table, columns=chosen)
+
+
 def write_rows(path: Path, rows: Any, **options: Any) -> None:
     """Write tilt angles as a table, with times if there is a fifth column before them."""
     header = ",".join(("t", *ANGLES)[-np.shape(rows)[1] :])

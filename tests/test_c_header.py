@@ -20,7 +20,7 @@ from gaitgraph.io.formats import write_tables
 from gaitgraph.io.servo_map import servo_map_from_mapping, servo_map_named
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
-from tests.samples import table_from
+from tests.samples import rows_of, table_from
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,7 +45,7 @@ CORNERED = GAIT.parametrize(3.0, samples=24, law="constant-speed")
 
 WHOLE = table_of(SMOOTH)
 BARE = Table(columns={name: WHOLE[name] for name in ("t", *ANGLES)})
-OPEN = WHOLE.rows(0, 41)  # does not end where it starts
+OPEN = rows_of(WHOLE, 0, 41)  # does not end where it starts
 POINT = table_from([[0.5] * 4], t=[0.5])
 STRANGE = {"note": '*/ ??/ ??" /* // \\', "ü": "ü\n", "period": 0.8}
 SERVOS = servo_map_from_mapping(

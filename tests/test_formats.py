@@ -34,7 +34,7 @@ from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 from tests.mutated import check_mutations, refusal
 from tests.published import GAITS
-from tests.samples import cases, table_from
+from tests.samples import cases, rows_of, table_from
 
 if TYPE_CHECKING:
     from gaitgraph.timing.laws import LawName
@@ -91,7 +91,7 @@ def test_any_finite_values_survive(suffix: str) -> None:
     about = {"": "ü\n\0\r", "'\"{},;": 1.7e308, "\U0001f681": -0.0}
     for rows, colors in ((5, {}), (1, {"color": ("red",) * 5})):
         table = table_from(alpha, **colors, R=1e11 * values)
-        table = replace(table, about=about).rows(0, rows)
+        table = rows_of(replace(table, about=about), 0, rows)
         write_tables(table, [f"any{suffix}"], force=True)
         assert_same(read_table(f"any{suffix}"), table)
         assert read_table(f"any{suffix}").about == about
@@ -167,7 +167,7 @@ def test_a_gait_is_repeated_in_tables(suffix: str, servos: str | None) -> None:
     three = read_table(path)
     np.testing.assert_allclose(three["t"], np.arange(25) * 0.25, rtol=0, atol=1e-12)
     for k in range(3):
-        rows = three.rows(8 * k, 8 * k + 9)
+        rows = rows_of(three, 8 * k, 8 * k + 9)
         np.testing.assert_allclose(rows.alpha, period.alpha, rtol=0, atol=1e-12)
         if servos is None:
             assert tuple(rows["color"]) == tuple(period["color"])
@@ -196,7 +196,7 @@ def test_a_table_is_completed(closed: bool, stated: tuple[str, ...]) -> None:
     gait = gg.lift(GAITS[2].angles, "red")
     expected = table_of(gait.parametrize(samples=40, law="constant-speed"))
     made = {name: expected.columns[name] for name in ("t", *ANGLES, *stated)}
-    whole = completed_table(Table(columns=made).rows(0, 41 if closed else 40))
+    whole = completed_table(rows_of(Table(columns=made), 0, 41 if closed else 40))
     assert [*whole.columns] == [*expected.columns]
     for name, values in expected.columns.items():
         if isinstance(values, np.ndarray):

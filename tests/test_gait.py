@@ -146,9 +146,9 @@ def test_vertices_are_the_corners_of_a_loop_and_of_its_samples(
 ) -> None:
     loop = lift(points, "red")
     np.testing.assert_array_equal(loop.vertices(), loop.alpha)
-    for samples in (100, 1009):  # 1009 misses the corners
-        timed = loop.parametrize(1.0, law=law, samples=samples)
-        np.testing.assert_allclose(vertices(timed.alpha), loop.alpha, atol=1e-8)
+    timed = loop.parametrize(1.0, law=law)
+    times = np.union1d(timed.t, timed.corner_times)[:-1]
+    np.testing.assert_allclose(vertices(timed.at(times).alpha), loop.alpha, atol=1e-8)
 
 
 def test_vertices_of_a_curve_and_of_measured_rows_need_a_tolerance() -> None:

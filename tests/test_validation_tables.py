@@ -23,7 +23,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.validation.rows import MOST_LISTED_ROWS
 from gaitgraph.validation.validating import validate
 from tests.published import GAITS, PublishedGait
-from tests.samples import EXACT, along, closed, points_of, table_from
+from tests.samples import EXACT, along, closed, points_of, rows_of, table_from
 
 if TYPE_CHECKING:
     from gaitgraph.validation.report import Check, Report
@@ -313,7 +313,7 @@ def test_no_row_of_a_planned_gait_is_far_from_its_neighbours(
 @pytest.mark.parametrize("rows", [40, 41])
 def test_the_segment_that_closes_a_table_is_judged_too(rows: int) -> None:
     table = sampled(G3, 40, law="constant-speed")
-    report = validate(table.rows(0, rows), vehicle=STRONG)
+    report = validate(rows_of(table, 0, rows), vehicle=STRONG)
     step = np.abs(table.alpha[0] - table.alpha[rows - 1]).max()
     assert (report.flyable, report.notes) == (True, ())
     assert report["closed"].value == pytest.approx(step)

@@ -174,26 +174,20 @@ class Gait(Pictured):
         """
         if len(self.alpha) == 1:
             return self
-        step = self.ends - self.alpha
-        before = np.arange(len(self.alpha)) - 1
-        changes: Any = False  # of color, to the next point, and from the one before
-        changed: Any = False
-        if self.color == "mixed":
-            codes = color_codes(self.colors)
-            changed = codes != codes[before]
-            changes = np.roll(changed, -1)
+        colors = np.array(self.colors or [""] * len(self.alpha))
+        changed = colors != np.roll(colors, 1)
+        changes = np.roll(changed, -1)
+        ahead = self.ends - self.alpha
         # First drop points that repeat the one before, of which the direction is not known.
-        size = np.sqrt((step * step).sum(axis=1, keepdims=True))
-        kept = step.any(axis=1) | changes
-        if not size.all() and not kept.all():
+        kept = ahead.any(axis=1) | changes
+        if not kept.all():
             kept[0] |= not kept.any()
             return self._reordered(np.flatnonzero(kept)).merged()
-        unit = step / np.maximum(size, 1e-300)
-        turn = unit - unit[before]
-        corner = ((turn * turn).sum(axis=1) > SAME_ANGLE**2) | changes | changed
+        size = np.linalg.norm(ahead, axis=1, keepdims=True)
+        unit = ahead / np.maximum(size, 1e-300)
+        turn = np.linalg.norm(unit - np.roll(unit, 1, axis=0), axis=1)
+        corner = (turn > SAME_ANGLE) | changes | changed
         corner[0] = True
-        if corner.all() and not self.request:
-            return self
         return self._reordered(np.flatnonzero(corner))
 
     def reversed(self) -> Gait:
@@ -391,13 +385,12 @@ def points_on_sheets(
         opposite = sheet_of(coefficients.rotors).angles(a1, a2)
         continuous = np.unwrap(opposite, axis=0, period=math.pi)
         return np.column_stack([a1, a2, continuous])
-    if set(colors) == {"red"}:
-        # Within ±π/2 α3 = α1 and α4 = α2; adding zero turns negative zeros into zeros.
-        return np.array([a1, a2, a1 + 0.0, a2 + 0.0]).T
-    red = sheet_angles("red", a1, a2, coefficients)
-    blue = sheet_angles("blue", a1, a2, coefficients)
-    a3, a4 = np.where(np.array(colors) == "red", red, blue)
-    return np.column_stack([a1, a2, a3, a4])
+    # Within ±π/2 red has α3 = α1 and α4 = α2; adding zero turns negative zeros into zeros.
+    alpha = np.column_stack([a1, a2, a1 + 0.0, a2 + 0.0])
+    is_blue = np.array(colors) == "blue"
+    blue = sheet_angles("blue", a1[is_blue], a2[is_blue], coefficients)
+    alpha[is_blue, 2:] = np.column_stack(blue)
+    return alpha
 
 
 def checked_factor(name: str, factor: object) -> float:
@@ -420,9 +413,9 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     """Return the vertices of a closed loop through rows of tilt angles, shape (n, 4) [rad]: its corners, in order.
 
     A row is a corner if it is farther than the tolerance [rad] from the straight line between its neighbours. The rows
-    of a curve are all corners, unless the tolerance exceeds the bend between rows. A corner between two rows of a
-    sampled table is put where the sides meet. A point has one vertex, an out-and-back loop two. The paper's equations
-    (16) to (19) take the extremes of each angle; for its rectangles the result is the same.
+    of a curve are all corners, unless the tolerance exceeds the bend between rows. A point has one vertex, an
+    out-and-back loop two. The paper's equations (16) to (19) take the extremes of each angle; for its rectangles the
+    result is the same.
 
     >>> vertices([[0, 0, 0, 0], [1, 0, 1, 0], [1, 0.5, 1, 0.5], [1, 1, 1, 1]]).tolist()
     [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
@@ -432,27 +425,12 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     moves = np.abs(np.roll(points, -1, axis=0) - points).max(axis=1) > tolerance
     moves[0] |= not moves.any()
     points = points[moves]
-    n = len(points)
     before = np.roll(points, 1, axis=0)
     chord = np.roll(points, -1, axis=0) - before
     size = np.maximum((chord**2).sum(axis=1), 1e-300)
     share = np.clip(((points - before) * chord).sum(axis=1) / size, 0, 1)
     off = np.linalg.norm(points - before - share[:, None] * chord, axis=1)
-    bent = (off > tolerance) | (n == 1)
-    # Two rows that cut a corner off, between sides with two more rows on each.
-    sides = ~(
-        np.roll(bent, 2) | np.roll(bent, 1) | np.roll(bent, -2) | np.roll(bent, -3)
-    )
-    for k in np.flatnonzero(bent & np.roll(bent, -1) & sides).tolist():
-        first, second = points[k], points[(k + 1) % n]
-        ahead = np.column_stack([first - points[k - 1], second - points[(k + 2) % n]])
-        reach = np.linalg.lstsq(ahead * [1, -1], second - first)[0]
-        ends = np.stack([first, second]) + reach[:, None] * ahead.T
-        apart = np.linalg.norm(ends[1] - ends[0])
-        if ((reach >= 0) & (reach <= 1)).all() and apart <= 10 * tolerance:
-            points[k] = ends.mean(axis=0)
-            bent[(k + 1) % n] = False
-    return np.asarray(points[bent])
+    return np.asarray(points[(off > tolerance) | (len(points) == 1)])
 
 
 _MOST_LISTED = 12  # corners
@@ -488,10 +466,9 @@ def name_of(gait: Gait) -> str:
     rows = gait.alpha
     if len(rows) > 4:
         rows = gait.vertices(1e-6)
-    rows = rows[np.lexsort(rows[:, 1::-1].round(3).T)]
+    rows = _sorted(rows)
     for number in _LOOPS:
-        known = paper_gait(number, gait.vehicle, gait.coefficients).alpha
-        known = known[np.lexsort(known[:, 1::-1].round(3).T)]
+        known = _sorted(paper_gait(number, gait.vehicle, gait.coefficients).alpha)
         eta = 0.0
         if rows.shape == known.shape:
             eta = (rows * known)[:, 2:].sum() / (known[:, 2:] ** 2).sum()
@@ -502,6 +479,11 @@ def name_of(gait: Gait) -> str:
     if gait.color is None:
         return "Gait on neither sheet"
     return f"{gait.color.capitalize()} gait"
+
+
+def _sorted(rows: FloatArray) -> FloatArray:
+    """Return rows by their α1, then α2, to three decimals."""
+    return rows[np.lexsort(rows[:, 1::-1].round(3).T)]
 
 
 def printed_gait(number: int, coefficients: Coefficients) -> Gait:

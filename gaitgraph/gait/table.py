@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import IntArray
 
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
 RATES = tuple(f"{name}_rate" for name in ANGLES)
@@ -286,11 +287,6 @@ class Table(Pictured):
                         known[f"{joint.get('column')}{end}"] = unit + per
         return {name: known.get(name, "") for name in self.columns}
 
-    def rows(self, start: int, stop: int) -> Table:
-        """Return some consecutive rows, counted from 0."""
-        chosen = {name: values[start:stop] for name, values in self.columns.items()}
-        return replace(self, columns=chosen)
-
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it."""
         pd = pandas()
@@ -364,16 +360,7 @@ def checked_about(content: object) -> dict[str, Any]:
     """Return the provenance of a table; InputError unless it is plain JSON values, nested up to 100 levels."""
     if not isinstance(content, dict):
         raise wrong("about", "must be an object", content)
-    level: list[Any] = [content]
-    for _ in range(_DEEPEST):
-        deeper: list[Any] = []
-        for value in level:
-            if isinstance(value, dict):
-                deeper += value.values()
-            elif isinstance(value, list):
-                deeper += value
-        level = deeper
-    if level:
+    if not _is_shallow(content, _DEEPEST - 1):
         raise InputError(f"about must have at most {_DEEPEST} levels of nesting")
     try:
         json.dumps(content, allow_nan=False)
@@ -382,26 +369,30 @@ def checked_about(content: object) -> dict[str, Any]:
     return content
 
 
+def _is_shallow(value: Any, levels: int) -> bool:
+    """Return whether lists and dictionaries are nested up to some levels."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return levels > 0 and all(_is_shallow(item, levels - 1) for item in value)
+    return True
+
+
 # -- From rows to a closed gait
 
 
-def tilt_angles(table: Table, coefficients: Coefficients) -> FloatArray:
+def tilt_angles(table: Table, coefficients: Coefficients | None = None) -> FloatArray:
     """Return the four tilt angles of each row, shape (n, 4) [rad]; rows of alpha1, alpha2 and color are lifted.
 
-    Raises InputError if a row to lift is outside [−π/2, π/2]².
+    By default with the coefficients that the table states. Raises InputError if a row to lift is outside [−π/2, π/2]².
     """
     if "alpha3" in table:
         return table.alpha
+    if coefficients is None:
+        _, coefficients, _ = surface_of(table)
     return points_on_sheets(
         table["alpha1"], table["alpha2"], table["color"], coefficients
     )
-
-
-def own_angles(table: Table) -> FloatArray:
-    """Return the four tilt angles of each row [rad], lifted with the coefficients that the table states."""
-    if "alpha3" in table:
-        return table.alpha
-    return tilt_angles(table, surface_of(table)[1])
 
 
 def lifted_rows(
@@ -480,16 +471,11 @@ def repeated(table: Table, periods: int) -> Table:
     [0.0, 1.0, 2.0, 3.0, 4.0]
     """
     check_periods(table, periods)
-    columns: dict[str, Any] = {}
-    for name, values in table.columns.items():
-        if isinstance(values, np.ndarray):
-            again = np.tile(values[1:], periods - 1)
-            columns[name] = np.concatenate([values, again])
-        else:
-            columns[name] = values + values[1:] * (periods - 1)
     t = table["t"]
-    passed = np.repeat(np.arange(periods), len(t) - 1) * (t[-1] - t[0])
-    columns["t"] = columns["t"] + np.append(0.0, passed)
+    count = len(t) - 1
+    rows = np.append(0, np.tile(np.arange(1, len(t)), periods))
+    columns = _chosen_rows(table.columns, rows)
+    columns["t"][1:] += np.repeat(np.arange(periods), count) * (t[-1] - t[0])
     about = _without_gait(table.about)
     for name in ("period", "samples"):
         if name in about:
@@ -622,31 +608,32 @@ def hover_thrust_columns(alpha: FloatArray, vehicle: Vehicle) -> dict[str, Float
     return dict(zip(THRUSTS, thrusts.T, strict=True))
 
 
+def _chosen_rows(columns: Mapping[str, Any], rows: IntArray) -> dict[str, Any]:
+    """Return some rows of columns, by their numbers from 0."""
+    chosen: dict[str, Any] = {}
+    for name, values in columns.items():
+        if isinstance(values, np.ndarray):
+            chosen[name] = values[rows]
+        else:
+            chosen[name] = tuple(values[row] for row in rows.tolist())
+    return chosen
+
+
 def _closed(columns: dict[str, Any], returned: bool) -> dict[str, Any]:
     """Return columns with the first row at the end, in place of a last row that repeats it."""
     t = columns["t"]
-    end = t[-1]
-    count = len(t) - 1
-    if not returned:
-        end = closing_time(0.0, t[-1], len(t))
-        count = len(t)
-    closed: dict[str, Any] = {}
-    for name, values in columns.items():
-        if isinstance(values, np.ndarray):
-            closed[name] = np.append(values[:count], values[0])
-        else:
-            closed[name] = values[:count] + values[:1]
-    closed["t"][-1] = end
+    rows = np.append(np.arange(len(t) - returned), 0)
+    closed = _chosen_rows(columns, rows)
+    closed["t"][-1] = t[-1] if returned else closing_time(0.0, t[-1], len(t))
     return closed
 
 
 def _slopes(columns: dict[str, Any], repeats: bool) -> dict[str, FloatArray]:
     """Return the rates just after each row, and accelerations of zero, of rows that are joined by straight segments."""
-    step = np.diff(columns["t"])
-    made = {}
-    for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
-        slopes = np.diff(columns[name]) / step + 0.0
-        last = slopes[:1] if repeats else slopes[-1:]
-        made[rate] = np.append(slopes, last)
-        made[acceleration] = np.zeros(len(slopes) + 1)
+    step = np.diff(columns["t"])[:, None]
+    slopes = np.diff(_side_by_side(columns, ANGLES), axis=0) / step + 0.0
+    last = slopes[:1] if repeats else slopes[-1:]
+    rates = np.concatenate([slopes, last]).T
+    made = dict(zip(RATES, rates, strict=True))
+    made |= zip(ACCELERATIONS, np.zeros(rates.shape), strict=True)
     return made

@@ -30,8 +30,8 @@ from gaitgraph.gait.table import (
     colors_of,
     even_times,
     hover_thrust_columns,
-    own_angles,
     surface_of,
+    tilt_angles,
     wrong_times,
     wrong_types,
 )
@@ -283,7 +283,7 @@ def _first_misfit(table: Table) -> str:
     if len(table) < 2 or not all(name in table for name in ("t", *RATES)):
         return ""
     step = np.diff(even_times(table))
-    alpha = own_angles(table)
+    alpha = tilt_angles(table)
     closed = table.returns
     for angle, name, values in zip(ANGLES, RATES, alpha.T, strict=True):
         slope = np.diff(values) / step
