@@ -281,15 +281,15 @@ def as_item(text: object) -> str:
     return fill(str(text), _WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
-def with_nearest(refusal: Refusal, search: Search) -> Refusal:
+def with_nearest(refusal: Refusal, request: PlanRequest) -> Refusal:
     """Return a refusal with the nearest points that a loop can join; at a waypoint also in words, or why none."""
     if not refusal.waypoints:
         return refusal
     branch = Branch(
-        search=search,
+        search=Search(request),
         color=refusal.color,
         sign=refusal.sign,
-        require=search.request.require,
+        require=request.require,
     )
     location = RegionLocation(branch)
     if refusal.kind != "waypoint":

@@ -87,8 +87,7 @@ class Loop(Record):
 
     @property
     def _closed(self) -> FloatArray:
-        alpha = self.gait.alpha
-        return np.concatenate([alpha, alpha[:1]])
+        return np.vstack([self.gait.alpha, self.gait.alpha[:1]])
 
     @property
     def color(self) -> str:

@@ -113,7 +113,8 @@ def _entry(timed: TimedGait, *, anyway: bool) -> tuple[FloatArray, LawName, floa
     if found and found.report.flyable:
         return found.path, found.law, found.duration
     # Straight to the first row, within the largest tilt rate.
-    around, seconds = timed.gait, found.duration
+    around = timed.gait
+    seconds = found.duration if found else 1.0
     hover = hover_on_sheet(around.coefficients.rotors)
     line = np.vstack([hover, timed.at(0.0).alpha])
     limit = around.vehicle.max_tilt_rate

@@ -15,7 +15,6 @@ from dataclasses import asdict, dataclass, replace
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import shapely
 
 from gaitgraph.angles import checked_number
@@ -25,7 +24,7 @@ from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import any_angle_loop
-from gaitgraph.planning.branch import Branch, Refusal, Search
+from gaitgraph.planning.branch import Refusal, Search
 from gaitgraph.planning.grid import grid_loop
 from gaitgraph.planning.location import as_item, with_nearest
 from gaitgraph.planning.loop import Loop
@@ -48,19 +47,14 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Angle, VehicleLike
 
-# A plan without a loop as plain values, in the order in which files have them.
 _NO_LOOP: dict[str, Any] = {
-    **dict.fromkeys(("status", "reason", "advice", "color", "sign", "waypoints")),
+    **dict.fromkeys(("color", "sign", "length", "lower_bound", "order_exact")),
     "path": [],
     "types": [],
     "colors": [],
-    **dict.fromkeys(("length", "lower_bound", "order_exact")),
     "corners": [],
     "vertices": [],
-    "alternatives": [],
     **verdict_of(None),
-    **dict.fromkeys(("warnings", "refusals", "crossing_tolerance", "method")),
-    "request": None,
 }
 VALID_LOOPS = Advice(
     "for a loop that obeys only the paper's rules, use require='valid'",
@@ -130,16 +124,16 @@ class Plan(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""
-        plain = dict(_NO_LOOP)
+        loop = _NO_LOOP
         if self.loop is not None:
-            plain |= self.loop.as_mapping()
-        if self.request.servo_margin:
-            plain |= self._margin_as_mapping()
-        return plain | {
+            loop = self.loop.as_mapping()
+        return {
             "status": self.status,
             "reason": self.reason,
             "advice": self.advice,
             "waypoints": [list(point) for point in self.waypoints],
+            **loop,
+            **self._margins(),
             "alternatives": [other.as_mapping() for other in self.alternatives],
             "warnings": list(self.warnings),
             "refusals": [asdict(refusal) for refusal in self.refusals],
@@ -148,34 +142,32 @@ class Plan(Pictured):
             "request": self.request.as_mapping(),
         }
 
-    def _margin_as_mapping(self) -> dict[str, float | None]:
-        """Return the servo margin of the loop, proven and found, as robustness does."""
-        margins: dict[str, float | None] = {
-            "servo_margin_deg": None,
-            "servo_margin_found_deg": None,
+    def _margins(self) -> dict[str, float | None]:
+        """Return the servo margin of the loop, proven and found, if the request asks for one, as robustness does."""
+        if not self.request.servo_margin:
+            return {}
+        if self.loop is None:
+            return {"servo_margin_deg": None, "servo_margin_found_deg": None}
+        margin = self.loop.servo_margin
+        found = None if margin.found is None else math.degrees(margin.found)
+        return {
+            "servo_margin_deg": math.degrees(margin.proven),
+            "servo_margin_found_deg": found,
         }
-        if self.loop is not None:
-            margin = self.loop.servo_margin
-            margins["servo_margin_deg"] = math.degrees(margin.proven)
-            if margin.found is not None:
-                margins["servo_margin_found_deg"] = math.degrees(margin.found)
-        return margins
 
     def __str__(self) -> str:
+        said = {_POSTURE}
         if self.loop is None:
             lines = self._refusal_lines()
-            said = set()
         else:
             lines = self._loop_lines(self.loop)
-            said = {check.message for check in self.loop.report.checks} | {_POSTURE}
+            said |= {check.message for check in self.loop.report.checks}
         if self.alternatives:
             lines += ["", "alternatives", *map(as_item, self.alternatives)]
         # What is said above is not said again.
-        new = [warning for warning in self.warnings if warning not in said]
+        new = [f"warning: {text}" for text in self.warnings if text not in said]
         if new:
-            lines.append("")
-        for warning in new:
-            lines.append(f"warning: {warning}")
+            lines += ["", *new]
         return "\n".join(lines)
 
     def _loop_lines(self, loop: Loop) -> list[str]:
@@ -346,16 +338,19 @@ def plan(
         until = monotonic() + checked_number("deadline", deadline)
     search = Search(request, progress, until)
     flyable, refusals = _loops_of(search, "flyable")
+    loops = _ranked(flyable)
     if request.require == "valid":
         valid, refusals = _loops_of(search, "valid")
         loops = _ranked(flyable + valid)
-        if not loops:
-            return _refused(search, loops, refusals)
+    if loops and getattr(loops[0].report, request.require):
         return _planned(request, loops, refusals)
-    loops = _ranked(flyable)
-    if loops and loops[0].report.flyable:
-        return _planned(request, loops, refusals)
-    refused = _refused(search, loops, refusals)
+    if loops:
+        # What no region knows, such as a period that is too short for the vehicle's limits.
+        best = loops[0]
+        refusals = [_refusal_of(best, best.report.reason)]
+    refused = _refused(request, refusals)
+    if request.require == "valid" or request.vehicle.asymmetry is not None:
+        return refused
     advice, others = _other_loops(search, flyable)
     if not others:
         return refused
@@ -366,10 +361,13 @@ def _loops_of(search: Search, require: Requirement) -> tuple[list[Loop], list[Re
     """Return the loops of all branches, and why the other branches have none."""
     loops: list[Loop] = []
     refusals: list[Refusal] = []
+    method = any_angle_loop if search.request.method == "exact" else grid_loop
     for branch in search.branches(require):
-        answer = _loop_of(branch)
+        answer = method(branch)
         if isinstance(answer, Refusal):
             refusals.append(answer)
+        elif branch.servo_margin and not answer.bears_servo_errors:
+            refusals.append(_refusal_of(answer, _not_proven(answer)))
         elif search.request.reverse:
             loops.append(answer.reversed())
         else:
@@ -377,27 +375,21 @@ def _loops_of(search: Search, require: Requirement) -> tuple[list[Loop], list[Re
     return loops, refusals
 
 
-def _loop_of(branch: Branch) -> Loop | Refusal:
-    """Return the best loop of a branch, proven to keep its servo margin, or why there is none."""
-    if branch.request.method == "exact":
-        answer = any_angle_loop(branch)
-    else:
-        answer = grid_loop(branch)
-    if not isinstance(answer, Loop) or not branch.servo_margin:
-        return answer
-    if answer.bears_servo_errors:
-        return answer
-    return _not_proven(answer)
+def _refusal_of(loop: Loop, reason: str | None) -> Refusal:
+    """Return that a loop cannot fly, for a reason that only the loop shows."""
+    message = f"{loop.color}, {RELATION[loop.sign]}: {reason}"
+    return Refusal(color="red", sign=loop.sign, kind="limit", message=message)
 
 
-def _not_proven(loop: Loop) -> Refusal:
+def _not_proven(loop: Loop) -> str:
     """Return what errors of the servos a loop bears that is not proven to bear those of its request."""
     margin = loop.servo_margin
-    message = f"{loop.color}, {RELATION[loop.sign]}: the best loop is not proven to bear errors of the servos of "
-    message += f"{math.degrees(loop.request.servo_margin):.4g}°, but of {degrees_below(margin.proven)}"
+    asked = math.degrees(loop.request.servo_margin)
+    text = "the best loop is not proven to bear errors of the servos of "
+    text += f"{asked:.4g}°, but of {degrees_below(margin.proven)}"
     if margin.found is not None:
-        message += f"; with {math.degrees(margin.found):.2f}° {margin.reason}"
-    return Refusal(color="red", sign=loop.sign, kind="limit", message=message)
+        text += f"; with {math.degrees(margin.found):.2f}° {margin.reason}"
+    return text
 
 
 def degrees_below(angle: float) -> str:
@@ -408,8 +400,6 @@ def degrees_below(angle: float) -> str:
 def _other_loops(search: Search, flyable: list[Loop]) -> tuple[str, list[Loop]]:
     """Return the loops that are listed beside a refusal of what must be flyable, if there are any, and advice on them."""
     request = search.request
-    if request.vehicle.asymmetry is not None:
-        return "", []  # the paper's rules do not apply
     if not request.servo_margin:
         # Those that only obey the paper's rules.
         valid, _ = _loops_of(search, "valid")
@@ -427,15 +417,13 @@ def _other_loops(search: Search, flyable: list[Loop]) -> tuple[str, list[Loop]]:
 def _preference(loop: Loop) -> tuple[Any, ...]:
     """Order loops: flyable first, then flyable but for tilt rates, then valid, then by the objective."""
     report = loop.report
-    timeless = all(
-        check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS
-    )
+    broken = {check.name for check in report.checks if check.mark != "ok"}
     robustness = 0.0
     if loop.request.objective == "robust":
         robustness = round(report["least_singular_value"].value or 0.0, 3)
     return (
         not report.flyable,
-        not timeless,
+        not broken <= set(RATE_CHECKS),
         not report.valid,
         -robustness,
         round(loop.length if loop.cost is None else loop.cost, 9),
@@ -445,12 +433,11 @@ def _preference(loop: Loop) -> tuple[Any, ...]:
 
 
 def _ranked(loops: Sequence[Loop]) -> list[Loop]:
-    """Return loops in order of preference, each path once."""
-    kept: list[Loop] = []
+    """Return loops in order of preference, each path once, as it was found first."""
+    kept: dict[bytes, Loop] = {}
     for loop in loops:
-        if not any(np.array_equal(loop.path.alpha, other.path.alpha) for other in kept):
-            kept.append(loop)
-    return sorted(kept, key=_preference)
+        kept.setdefault(loop.path.alpha.tobytes(), loop)
+    return sorted(kept.values(), key=_preference)
 
 
 def _planned(
@@ -473,33 +460,23 @@ def _planned(
     )
 
 
-def _refused(
-    search: Search, loops: Sequence[Loop], refusals: Sequence[Refusal]
-) -> Plan:
-    """Return the plan without a loop; of loops that cannot fly the first says why."""
-    request = search.request
-    if loops:
-        # What no region knows, such as a period that is too short for the vehicle's limits.
-        best = loops[0]
-        message = f"{best.color}, {RELATION[best.sign]}: {best.report.reason}"
-        limit = Refusal(color="red", sign=best.sign, kind="limit", message=message)
-        refusals = [limit]
+def _refused(request: PlanRequest, refusals: Sequence[Refusal]) -> Plan:
+    """Return the plan without a loop; the refusal that the shortest moves of waypoints remove comes first."""
 
     def moves(refusal: Refusal) -> float:
         if not refusal.moved:
             return math.inf
         return sum(map(math.dist, refusal.moved, request.waypoints))
 
-    refusals = [with_nearest(refusal, search) for refusal in refusals]
-    refusals.sort(key=moves)
+    told = sorted([with_nearest(one, request) for one in refusals], key=moves)
     kind = "flyable" if request.require == "flyable" else "closed"
-    messages = dict.fromkeys(refusal.message for refusal in refusals)
+    messages = dict.fromkeys(refusal.message for refusal in told)
     return Plan(
         request=request,
         loop=None,
         reason=f"no {kind} loop: {'; '.join(messages)}",
         waypoints=request.waypoints,
-        refusals=tuple(refusals),
+        refusals=tuple(told),
         warnings=request.notes,
     )
 
@@ -507,14 +484,13 @@ def _refused(
 def _warnings_of(loop: Loop, waypoints: Sequence[Point]) -> list[str]:
     """Return what a user should know of a loop through waypoints, in the order in which it visits them."""
     warnings = []
-    if len(loop.gait.alpha) == 1:
+    if len(waypoints) == 1:
         warnings.append(_POSTURE)
-    if len(waypoints) > 3 and not loop.request.any_order:
-        ring = shapely.linearrings(waypoints)
-        if not shapely.is_simple(ring):
-            warnings.append(
-                "the loop crosses itself; the same waypoints in any order may give a shorter one"
-            )
+    is_ordered = not loop.request.any_order and len(waypoints) > 3
+    if is_ordered and not shapely.is_simple(shapely.linearrings(waypoints)):
+        warnings.append(
+            "the loop crosses itself; the same waypoints in any order may give a shorter one"
+        )
     if not loop.in_time:
         warnings.append(_LATE)
     elif not loop.order_exact:

@@ -61,9 +61,9 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.surface.region import Requirement
-    from gaitgraph.surface.sheets import Color
+    from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
 _MOST_CORNERS = 16
 _DURATION = 1.0
@@ -78,33 +78,28 @@ _STATEMENT = (
 class Transition(Pictured):
     """A path from one end to the other, or the reason why there is none. Truthy when there is one.
 
-    `there_and_back` is the path, from its start to its end and back, as a gait. `reason` says why there is none, or why
-    it is not flyable; `proof`, if the signs of R differ, has R at both ends and why every flight between them is
-    singular somewhere. `corners` are those of the gait at either end that it leaves and joins, counted from 0, None for
-    hover. `duration` [s] and `law` are those of the path in one direction. `run_down` and `run_up` are of gaits that
-    are in motion where the path leaves or joins them, else None; `samples` are of all, and `limits` those of rates,
+    `motion` is the path, timed, between the run-down and the run-up of gaits that are in motion where the path leaves or
+    joins them. `reason` says why there is none, or why it is not flyable; `proof`, if the signs of R differ, has R at both
+    ends and why every flight between them is singular somewhere. `corners` are those of the gait at either end that it
+    leaves and joins, counted from 0, None for hover. `law` is that of the path, and `limits` are those of rates,
     accelerations and jerks that the gaits' tables were made for. `judged` is the `report`, None if there is no path: all
     checks of the path, there and back, with those of tilt rates; with a run-up or a run-down those of the whole table.
     """
 
-    there_and_back: Gait | None
     reason: str | None
     proof: dict[str, Any] | None = None
+    motion: TimedPath | JoinedPath | None = None
     corners: tuple[int | None, int | None] = (None, None)
-    duration: float = _DURATION
     law: LawName = DEFAULT_LAW
-    samples: int = 100
-    run_down: RunUp | None = None
-    run_up: RunUp | None = None
     limits: Mapping[str, Each] = field(default_factory=dict)
     judged: Report | None = None
 
     def __bool__(self) -> bool:
-        return self.there_and_back is not None
+        return self.motion is not None
 
     @property
     def _shown(self) -> Any:
-        return self.timed if self else None
+        return self.motion
 
     @property
     def status(self) -> str:
@@ -112,11 +107,11 @@ class Transition(Pictured):
         return "planned" if self else "infeasible"
 
     @property
-    def gait(self) -> Gait:
-        """The path there and back, as a gait; raises Infeasible, with the reason, if there is none."""
-        if self.there_and_back is None:
+    def timed(self) -> TimedPath | JoinedPath:
+        """The whole motion, timed; raises Infeasible, with the reason, if there is none."""
+        if self.motion is None:
             raise Infeasible(self.reason)
-        return self.there_and_back
+        return self.motion
 
     @property
     def report(self) -> Report:
@@ -126,10 +121,41 @@ class Transition(Pictured):
         return self.judged
 
     @property
+    def _sections(self) -> tuple[TimedPath | RunUp, ...]:
+        timed = self.timed
+        return timed.sections if isinstance(timed, JoinedPath) else (timed,)
+
+    @property
+    def run_down(self) -> RunUp | None:
+        """The run-down of a gait in motion where the path leaves it, else None; raises Infeasible if there is no path."""
+        first = self._sections[0]
+        return first if isinstance(first, RunUp) else None
+
+    @property
+    def run_up(self) -> RunUp | None:
+        """The run-up of a gait in motion where the path joins it, else None; raises Infeasible if there is no path."""
+        last = self._sections[-1]
+        return last if isinstance(last, RunUp) else None
+
+    @property
+    def timed_path(self) -> TimedPath:
+        """The path alone, timed; its `loop` leads there and back; raises Infeasible if there is none."""
+        return next(part for part in self._sections if isinstance(part, TimedPath))
+
+    @property
+    def gait(self) -> Gait:
+        """The path there and back, as a gait; raises Infeasible if there is none."""
+        return self.timed_path.gait
+
+    @property
     def path(self) -> FloatArray:
         """The corners of the path, both ends included, shape (n, 4) [rad]; raises Infeasible if there is none."""
-        alpha = self.gait.alpha
-        return alpha[: len(alpha) // 2 + 1]
+        return self.timed_path.line
+
+    @property
+    def duration(self) -> float:
+        """Duration of the path in one direction [s]; raises Infeasible if there is none."""
+        return self.timed_path.period
 
     @property
     def length(self) -> float:
@@ -137,30 +163,12 @@ class Transition(Pictured):
         return self.gait.length / 2
 
     @property
-    def timed_path(self) -> TimedPath:
-        """The path alone, timed; its `loop` leads there and back."""
-        return TimedPath.of(
-            self.gait.parametrize(
-                2 * self.duration, law=self.law, samples=2 * self.samples
-            )
-        )
-
-    @property
-    def timed(self) -> TimedPath | JoinedPath:
-        """The whole motion, timed: the path, between the run-down and the run-up if there are any."""
-        path = self.timed_path
-        parts: list[TimedPath | RunUp | None] = [self.run_down, path, self.run_up]
-        sections = [part for part in parts if part is not None]
-        return path if len(sections) == 1 else JoinedPath.of(sections, self.samples)
-
-    @property
     def _ends(self) -> dict[str, Any]:
         """The corners that the path leaves and joins, counted from 1, and the run-down and the run-up, if any."""
-        ends: dict[str, Any] = {}
-        for name, corner in zip(
-            ("leaves_corner", "joins_corner"), self.corners, strict=True
-        ):
-            ends[name] = None if corner is None else corner + 1
+        leaves, joins = (None if k is None else k + 1 for k in self.corners)
+        ends: dict[str, Any] = {"leaves_corner": leaves, "joins_corner": joins}
+        if not self:
+            return ends
         for name in ("run_down", "run_up"):
             run = getattr(self, name)
             if run is not None:
@@ -224,36 +232,34 @@ class Transition(Pictured):
             if self.proof:
                 text += f"\nProof: {self.proof['statement']}."
             return text
-        first = self._end_in_words(self.corners[0], self.path[0], self.run_down)
-        last = self._end_in_words(self.corners[1], self.path[-1], self.run_up)
+        ends = []
+        lines = []
+        happens = (
+            "before it the clock of the gait stops",
+            "after it the clock of the gait starts",
+        )
+        runs = self.run_down, self.run_up
+        for corner, alpha, run, what in zip(
+            self.corners, self.path[[0, -1]], runs, happens, strict=True
+        ):
+            place = HOVER if corner is None else f"corner {corner + 1}"
+            if run is not None:
+                plural = "s" if run.periods > 1 else ""
+                lines.append(
+                    f"  {what}: {run.periods} period{plural} of it in {run.period:.4g} s"
+                )
+                place = "row 1"
+            if corner is not None:
+                place += f" {tuple(alpha.round(3).tolist())}"
+            ends.append(place)
         size = f"{len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}"
         if not self.length:
             size += ", nothing moves"
-        how = "there and back"
-        if self.run_down is not None or self.run_up is not None:
-            how = "as a table"
-        lines = [f"From {first} to {last}: {size}; checked {how}"]
-        lines += _run_lines("before it the clock of the gait stops", self.run_down)
-        lines += _run_lines("after it the clock of the gait starts", self.run_up)
+        how = "as a table" if lines else "there and back"
+        lines.insert(0, f"From {ends[0]} to {ends[1]}: {size}; checked {how}")
         if self.reason is not None and self.reason != self.judged.reason:
             lines.append(f"  not flyable: {self.reason}")
         return "\n".join([*lines, str(self.judged)])
-
-    def _end_in_words(
-        self, corner: int | None, alpha: FloatArray, run: RunUp | None
-    ) -> str:
-        if corner is None:
-            return HOVER
-        place = "row 1" if run is not None else f"corner {corner + 1}"
-        return f"{place} {tuple(alpha.round(3).tolist())}"
-
-
-def _run_lines(what: str, run: RunUp | None) -> list[str]:
-    """Return the line on a run-up or a run-down, if there is one."""
-    if run is None:
-        return []
-    plural = "s" if run.periods > 1 else ""
-    return [f"  {what}: {run.periods} period{plural} of it in {run.period:.4g} s"]
 
 
 def transition(
@@ -318,16 +324,13 @@ def transition(
         raise wrong("duration", "must be between 1e-6 and 5e8 s", duration)
     floor = checked_floor(floor)
     seconds = _DURATION if duration is None else float(duration)
-    count = _checked_samples(seconds, law, samples, rate)
-    refused = Transition(
-        there_and_back=None, reason=None, duration=seconds, law=law, samples=count
-    )
+    _checked_samples(seconds, law, samples, rate)
     reason, proof = _refusal(first, last, floor)
     if reason is not None:
-        return replace(refused, reason=reason, proof=proof)
+        return Transition(reason=reason, proof=proof, law=law)
     path = _shortest(leaving, joining, floor)
     if isinstance(path, str):
-        return replace(refused, reason=path)
+        return Transition(reason=path, law=law)
 
     alpha = np.vstack([path.alpha, path.alpha[-2:0:-1]])
     colors = first.colors[:1] * len(alpha)
@@ -337,17 +340,22 @@ def transition(
     limited = replace(gait, vehicle=vehicle_within(gait.vehicle, limits))
     if duration is None:
         seconds = _least_duration(limited, law)
-    answer = replace(
-        refused,
-        there_and_back=gait,
+    before, after = leaving.run_up(stops=True), joining.run_up()
+    whole = seconds + sum(run.period for run in before + after)
+    count = _checked_samples(whole, law, samples, rate)
+    there_and_back = gait.parametrize(2 * seconds, law=law, samples=2 * count)
+    timed_path = TimedPath.of(there_and_back)
+    motion: TimedPath | JoinedPath = timed_path
+    if before or after:
+        motion = JoinedPath.of([*before, timed_path, *after], count)
+    answer = Transition(
+        reason=None,
+        motion=motion,
         corners=(leaving.numbers[path.leaves], joining.numbers[path.joins]),
-        duration=seconds,
-        run_down=_run_up(leaving, stops=True),
-        run_up=_run_up(joining),
+        law=law,
         limits=limits,
     )
-    count = _checked_samples(answer.timed.period, law, samples, rate)
-    return _judged(replace(answer, samples=count), limited, floor, leaving, joining)
+    return _judged(answer, limited, floor, leaving, joining)
 
 
 class _End(NamedTuple):
@@ -361,6 +369,13 @@ class _End(NamedTuple):
     numbers: Sequence[int | None]
     motion: TimedGait | None = None
     limits: Mapping[str, Each] = MappingProxyType({})
+
+    def run_up(self, *, stops: bool = False) -> list[RunUp]:
+        """Return the run-up of a gait in motion where the path joins it, or with `stops` its run-down; else nothing."""
+        if self.motion is None:
+            return []
+        run = run_up(self.motion, stops=stops)
+        return [] if run is None else [run]
 
 
 def _ends_of(
@@ -427,13 +442,6 @@ def _end_of(
     return _End(given.gait, place, numbers)
 
 
-def _run_up(end: _End, *, stops: bool = False) -> RunUp | None:
-    """Return the run-up of a gait in motion where the path joins it, or with `stops` its run-down; else None."""
-    if end.motion is None:
-        return None
-    return run_up(end.motion, stops=stops)
-
-
 def _checked_samples(
     duration: float, law: LawName, samples: int | None, rate: float | None
 ) -> int:
@@ -460,7 +468,7 @@ def _least_duration(limited: Gait, law: LawName) -> float:
 
 def _judged(answer: Transition, limited: Gait, floor: float, *ends: _End) -> Transition:
     """Return a path with its report: of the path there and back, with a run-up or a run-down of the whole table."""
-    if answer.run_down is None and answer.run_up is None:
+    if isinstance(answer.motion, TimedPath):
         timed = limited.parametrize(2 * answer.duration, law=answer.law)
         report = answer.gait.check(floor=floor).with_timing(TimedPath.of(timed))
     else:
@@ -485,18 +493,19 @@ def _refusal(
     first: Gait, last: Gait, floor: float
 ) -> tuple[str | None, dict[str, Any] | None]:
     """Return why there is certainly no path between two gaits, and the proof if the signs of R differ."""
-    reports = [gait.check(floor=floor) for gait in (first, last)]
-    for name, gait, report in zip(
-        ("start", "end"), (first, last), reports, strict=True
-    ):
+    is_decided = True
+    for name, gait in (("start", first), ("end", last)):
+        report = gait.check(floor=floor)
         fault = _fault_of(gait, report)
         if fault:
             return f"the {name} is {fault}", None
+        is_decided &= report["R_sign"].decided
     at_start, at_end = _largest_R(first.R), _largest_R(last.R)
     proof = None
     if at_start * at_end < 0:
         proof = {"R_start": at_start, "R_end": at_end, "statement": _STATEMENT}
-    if proof is not None and all(report["R_sign"].decided for report in reports):
+    reason = None
+    if proof is not None and is_decided:
         home = "R > 0"
         if first.vehicle.asymmetry is None:
             home += f", in the component of α = 0, {home_in_words(first.vehicle)}"
@@ -505,19 +514,16 @@ def _refusal(
             f"singular matrix, at any attitude. Plan with the same sign of R (hover has {home}), or start the flight in "
             "the gait"
         )
-        return reason, proof
-    if first.color != last.color:
+    elif first.color != last.color:
         reason = (
             f"the start is {first.color} and the end {last.color}, and the sheets meet in four points only, all with "
             "R = 0. In exact physics all of blue is singular; use red"
         )
-        return reason, proof
-    if proof is not None:
+    elif proof is not None:
         reason = (
             "the signs of R differ, as far as rounded coefficients decide them; use red"
         )
-        return reason, proof
-    return None, None
+    return reason, proof
 
 
 def _largest_R(values: FloatArray) -> float:
@@ -552,12 +558,21 @@ def _shortest(leaving: _End, joining: _End, floor: float) -> _Path | str:
     first, last = leaving.place, joining.place
     points = np.clip(first.alpha[:, :2], -HALF_PI, HALF_PI).tolist()
     others = np.clip(last.alpha[:, :2], -HALF_PI, HALF_PI).tolist()
+    is_curved = first.vehicle.asymmetry is not None
     color: Color = "blue" if first.color == "blue" else "red"
-    if color == "red" and first.vehicle.asymmetry is None:
+    requirements: list[Requirement] = ["flyable", "valid"]
+    if color == "blue":
+        requirements = ["valid"]
+    elif is_curved:
+        requirements = ["flyable"]
+    else:
         # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
         wall = separating_factor(points[0], others[0], first.vehicle)
         if wall:
             return f"both ends are on the red sheet, separated by {wall}, where R = 0; use gaits in one component"
+    # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
+    on_sheet = first if is_curved else _on_sheet(first, first.alpha[:, :2])
+    sign: Sign = "positive" if _largest_R(on_sheet.R) > 0 else "negative"
     # Of corners equally near, the path back joins the same.
     is_backward = last.alpha.tolist() < first.alpha.tolist()
     pairs = []
@@ -565,20 +580,31 @@ def _shortest(leaving: _End, joining: _End, floor: float) -> _Path | str:
         order = (joins, leaves) if is_backward else (leaves, joins)
         pairs.append((math.dist(points[leaves], others[joins]), order, leaves, joins))
     pairs.sort()
-    for require in _requirements(first.vehicle, color):
+    for require in requirements:
         best: Leg | None = None
         for distance, _, leaves, joins in pairs:
             if best is not None and distance >= best.length:
                 break  # no path is shorter than the straight line
-            leg = _leg(points[leaves], others[joins], first, floor, require)
-            if leg is not None and (best is None or leg.length < best.length):
-                best = leg
-                ends = leaves, joins
+            start, end = points[leaves], others[joins]
+            request = plan_request(
+                sorted([start, end]),  # so that the path back is the path there
+                vehicle=first.vehicle,
+                coefficients=first.coefficients.kind,
+                floor=floor,
+            )
+            branch = Branch(
+                search=Search(request), color=color, sign=sign, require=require
+            )
+            leg = shortest_path(branch)
+            if leg is None or (best is not None and leg.length >= best.length):
+                continue
+            best = leg if start <= end else Leg(leg.points[::-1], leg.lower_bound)
+            ends = leaves, joins
         if best is not None:
             path = _on_sheet(first, best.points)
             # A printed gait is a little beside its sheet: the path begins and ends at its own corners.
-            start, end = first.alpha[[ends[0]]], last.alpha[[ends[1]]]
-            return _Path(np.vstack([start, path.alpha[1:-1], end]), *ends)
+            alpha = [first.alpha[[ends[0]]], path.alpha[1:-1], last.alpha[[ends[1]]]]
+            return _Path(np.vstack(alpha), *ends)
     return f"none was found on the {color} sheet with this sign of R, between any of the corners tried"
 
 
@@ -590,45 +616,6 @@ def _nearest(corners: list[Any], others: list[Any]) -> list[int]:
 
     distance, _ = cKDTree(others).query(corners)
     return sorted(np.argsort(distance, kind="stable")[:_MOST_CORNERS].tolist())
-
-
-def _requirements(vehicle: Vehicle, color: Color) -> list[Requirement]:
-    """Return what paths must be, the best first."""
-    if color == "blue":
-        return ["valid"]
-    if vehicle.asymmetry is not None:
-        return ["flyable"]
-    return ["flyable", "valid"]
-
-
-def _leg(
-    start: list[float],
-    end: list[float],
-    gait: Gait,
-    floor: float,
-    require: Requirement,
-) -> Leg | None:
-    """Return the shortest path between two points on the sheet and with the sign of R of a gait, or None."""
-    values = gait.R
-    if gait.vehicle.asymmetry is None:
-        # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
-        values = _on_sheet(gait, gait.alpha[:, :2]).R
-    request = plan_request(
-        sorted([start, end]),  # so that the path back is the path there
-        vehicle=gait.vehicle,
-        coefficients=gait.coefficients.kind,
-        floor=floor,
-    )
-    branch = Branch(
-        search=Search(request),
-        color="blue" if gait.color == "blue" else "red",
-        sign="positive" if _largest_R(values) > 0 else "negative",
-        require=require,
-    )
-    leg = shortest_path(branch)
-    if leg is None or start <= end:
-        return leg
-    return Leg(leg.points[::-1], leg.lower_bound)
 
 
 def _on_sheet(gait: Gait, plane: Any) -> Gait:
