@@ -495,8 +495,7 @@ def test_a_vehicle_of_any_four_rotors_is_opened_planned_and_left(page: Page) -> 
     page.js("document.getElementById('advanced').open = true")
     assert "leaning (κ = " in page.css("#vehicle option:checked").text
     page.choose("vehicle", "paper")
-    page.planned()
-    assert "vehicle" not in page.state
+    page.until(lambda: "vehicle" not in page.state)  # the address follows the plan
     page.until(page.id("field-color").is_displayed)
 
 

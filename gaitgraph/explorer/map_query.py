@@ -27,10 +27,12 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.tolerances import DEFAULT_FLOOR
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gaitgraph.explorer.queries import Progress
     from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.surface.region import Region
+    from gaitgraph.surface.sheets import Sign
     from gaitgraph.vehicle import Vehicle
 
 SHADINGS = ("R", "least_singular_value", "servo_margin", "none")
@@ -42,9 +44,10 @@ _REGIONS = {
     "hover": "all hover thrusts positive",
     "flyable": "flyable",
 }
-_SIGNS = ("R>0", "R<0")
-_POINTS = 129
-_POINTS_OF_MARGINS = 65  # each takes as long as a hundred of the others
+_POINTS = {
+    "servo_margin": 65
+}  # along a side; each takes as long as a hundred of the others
+_MOST_POINTS = 129
 _BISECTIONS = 10  # of margins, to 0.1°
 _ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
 _SINGULAR_BLUE = (
@@ -64,8 +67,8 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     A query may have ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` and ``shading``. The answer
     has `n`·`n` ``values``, row by row from α2 = −π/2 up, each from α1 = −π/2, or None; servo margins in degrees; regions as
     rings in the plane [rad], with holes, to be filled by the even-odd rule; the plane types of the nodes of the paper's
-    grid, None where R has no sign; a note, or None; ``raised``, true, if there is a rotor height; and ``curved``,
-    true, if the vehicle is not symmetric: then its only sheet is answered, without types and colors.
+    grid, None where R has no sign; a note, or None; ``raised``, whether there is a rotor height; and ``curved``, whether
+    the vehicle is not symmetric: then its only sheet is answered, without types and colors.
     """
     names = ("vehicle", "drag_ratio", "coefficients", "sheet", "shading")
     check_fields("request", content, names)
@@ -75,20 +78,17 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     coefficients = coefficients_of(vehicle, content.get("coefficients"))
     progress("shading the map")
     values = None
-    note = None
     is_curved = vehicle.asymmetry is not None
     if is_curved:
         sheet = "red"
-        note = _CURVED
+    shown, note = _regions_and_note(sheet, vehicle, coefficients)
     if sheet == "red" and shading != "none":  # on blue all are rounding noise
         try:
             values = _shading(vehicle, coefficients, shading)
         except MissingConstant as error:
             note = f"Nothing is shaded: {error}."
-    if sheet == "blue":
-        note = _note_of_blue(vehicle, coefficients)
     regions = []
-    for name in _regions_of(sheet, coefficients):
+    for name in shown:
         label = _REGIONS[name]
         progress(f"drawing the region {label}")
         try:
@@ -97,38 +97,30 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
             note = f"The region {label} is not drawn: {error}."
         else:
             regions.append({"name": name, "label": label, "polygons": rings})
-    answer = {
-        "n": _points_of(shading),
+    return {
+        "n": _POINTS.get(shading, _MOST_POINTS),
         "values": values,
         "regions": regions,
         "types": {"n": DEFAULT_DIVISIONS + 1, "codes": _types(coefficients, sheet)},
         "note": note,
+        "raised": vehicle.has_raised_rotors,
+        "curved": is_curved,
     }
-    if vehicle.has_raised_rotors:
-        answer["raised"] = True
-    if is_curved:
-        answer["curved"] = True
-    return answer
 
 
-def _note_of_blue(vehicle: Vehicle, coefficients: Coefficients) -> str:
-    """Return why nothing is shaded on blue."""
-    if coefficients.kind != "exact":
-        return _ROUNDED_BLUE
-    if vehicle.has_raised_rotors:
-        return f"Blue is no gait surface {RAISED} {vehicle.heights_in_words}."
-    return _SINGULAR_BLUE
-
-
-def _regions_of(sheet: Color, coefficients: Coefficients) -> tuple[str, ...]:
-    """Return the names of the regions of a sheet: on blue exact coefficients leave none, and one on a curved sheet."""
-    if coefficients.rotors.asymmetry is not None:
-        return ("flyable",)
+def _regions_and_note(
+    sheet: Color, vehicle: Vehicle, coefficients: Coefficients
+) -> tuple[Sequence[str], str | None]:
+    """Return the names of the regions of a sheet, and why it is not what one may expect."""
+    if vehicle.asymmetry is not None:
+        return ["flyable"], _CURVED
     if sheet == "red":
-        return tuple(_REGIONS)
-    if coefficients.kind == "exact":
-        return ()
-    return _SIGNS
+        return list(_REGIONS), None
+    if coefficients.kind != "exact":
+        return ["R>0", "R<0"], _ROUNDED_BLUE
+    if vehicle.has_raised_rotors:
+        return [], f"Blue is no gait surface {RAISED} {vehicle.heights_in_words}."
+    return [], _SINGULAR_BLUE
 
 
 def _on_grid(points: int, coefficients: Coefficients, sheet: Color) -> FloatArray:
@@ -138,15 +130,10 @@ def _on_grid(points: int, coefficients: Coefficients, sheet: Color) -> FloatArra
     return np.stack([a1, a2, *sheet_angles(sheet, a1, a2, coefficients)], axis=-1)
 
 
-def _points_of(shading: str) -> int:
-    """Return how many points a side of the shaded plane has."""
-    return _POINTS_OF_MARGINS if shading == "servo_margin" else _POINTS
-
-
 @lru_cache(maxsize=32)
 def _shading(vehicle: Vehicle, coefficients: Coefficients, shading: str) -> list[float]:
     """Return the values of a shading of the red sheet."""
-    alpha = _on_grid(_points_of(shading), coefficients, "red")
+    alpha = _on_grid(_POINTS.get(shading, _MOST_POINTS), coefficients, "red")
     if shading == "R":
         values = matrices.level_determinant(alpha, coefficients)
     elif shading == "servo_margin":
@@ -181,28 +168,19 @@ def _rings(
     """Return a region as rings; MissingConstant if the flyable region of the vehicle is unknown."""
     import shapely
 
-    places = _region(name, vehicle, coefficients, sheet).inner
-    rings = shapely.get_rings(shapely.get_parts(places))
-    return [to_digits(shapely.get_coordinates(ring), 5) for ring in rings]
-
-
-def _region(
-    name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color
-) -> Region:
     from gaitgraph.surface.admissible import (
         admissible_region,
         hover_region,
         sign_region,
     )
 
+    options: Any = {"coefficients": coefficients, "accuracy": _ACCURACY}
     if name == "hover":
-        return hover_region(vehicle)
-    if name == "flyable":
-        return admissible_region(vehicle, coefficients=coefficients, accuracy=_ACCURACY)
-    return sign_region(
-        "positive" if name == "R>0" else "negative",
-        vehicle,
-        color=sheet,
-        coefficients=coefficients,
-        accuracy=_ACCURACY,
-    )
+        region = hover_region(vehicle)
+    elif name == "flyable":
+        region = admissible_region(vehicle, **options)
+    else:
+        sign: Sign = "positive" if name == "R>0" else "negative"
+        region = sign_region(sign, vehicle, color=sheet, **options)
+    rings = shapely.get_rings(shapely.get_parts(region.inner))
+    return [to_digits(shapely.get_coordinates(ring), 5) for ring in rings]

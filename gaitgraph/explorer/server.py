@@ -25,7 +25,7 @@ from gaitgraph.errors import (
 )
 from gaitgraph.explorer.map_query import SHADINGS, map_answer
 from gaitgraph.explorer.queries import diagram_answer, plan_answer
-from gaitgraph.explorer.state import DEFAULTS, LIMITS, RANGES, fields_of
+from gaitgraph.explorer.state import DEFAULTS, RANGES, fields_of
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.explorer.words import CHOICES_IN_WORDS
 from gaitgraph.files import value_from_json
@@ -38,9 +38,9 @@ from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_named
 try:
     import uvicorn
     from starlette.applications import Starlette
-    from starlette.datastructures import Headers, MutableHeaders
     from starlette.exceptions import HTTPException
     from starlette.middleware import Middleware
+    from starlette.middleware.base import BaseHTTPMiddleware
     from starlette.middleware.trustedhost import TrustedHostMiddleware
     from starlette.requests import ClientDisconnect, Request
     from starlette.responses import FileResponse, JSONResponse, Response
@@ -54,7 +54,8 @@ except ImportError as error:
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Mapping
 
-    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+    from starlette.middleware.base import RequestResponseEndpoint
+    from starlette.types import ASGIApp
 
     from gaitgraph.explorer.queries import Progress
 
@@ -81,36 +82,33 @@ _BYTES = "application/octet-stream"
 _KINDS = ("application/json", _BYTES)  # which a form of another page cannot send
 LONGEST_WORK = 20.0  # time limit for the work on one request [s]
 AT_ONCE = 2  # requests worked on at the same time
+MOST_BYTES = 8 << 20  # of the body of a request
 
 
-class Guard:
-    """ASGI middleware that refuses paths without the token and other origins, and adds :data:`HEADERS`."""
+class Guard(BaseHTTPMiddleware):
+    """Middleware that refuses paths without the token and other origins, and adds :data:`HEADERS`."""
 
     def __init__(self, app: ASGIApp, *, token: str, port: int) -> None:
-        self.app = app
+        super().__init__(app)
         self.token = token.encode()
         self.origins = [f"http://{name}:{port}" for name in (ADDRESS, "localhost")]
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+    async def dispatch(
+        self, request: Request, call_next: RequestResponseEndpoint
+    ) -> Response:
         """Refuse a request or pass it on."""
-        if scope["type"] != "http":
-            return
+        response = self._refusal_of(request)
+        if response is None:
+            response = await call_next(request)
+        response.headers.update(HEADERS)
+        return response
 
-        async def send_with_headers(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                message.setdefault("headers", [])
-                MutableHeaders(scope=message).update(HEADERS)
-            await send(message)
-
-        app = self._refusal_of(scope) or self.app
-        await app(scope, receive, send_with_headers)
-
-    def _refusal_of(self, scope: Scope) -> Response | None:
-        first, slash, _ = scope["path"].removeprefix("/").partition("/")
+    def _refusal_of(self, request: Request) -> Response | None:
+        first, slash, _ = request.url.path.removeprefix("/").partition("/")
         if not slash or not secrets.compare_digest(first.encode(), self.token):
             advice = "open the whole address that 'gaitgraph explore' printed"
             return _refusal(404, f"page not found; {advice}")
-        origins = Headers(scope=scope).getlist("origin")
+        origins = request.headers.getlist("origin")
         if any(origin not in self.origins for origin in origins):
             allowed = " or ".join(self.origins)
             got = shown(", ".join(origins))
@@ -166,16 +164,15 @@ class Job:
             watching.cancel()
 
 
-async def body_of(request: Request, most: int) -> bytes:
-    """Return the body of a request; HTTPException if it has more than `most` bytes."""
+async def body_of(request: Request) -> bytes:
+    """Return the body of a request; HTTPException if it is too long."""
     body = bytearray()
     async for piece in request.stream():
         body += piece
-        if len(body) > most:
+        if len(body) > MOST_BYTES:
             close = {"Connection": "close"}  # the rest of the body is not read
-            raise HTTPException(
-                413, f"the body of a request must have at most {most} bytes", close
-            )
+            limit = f"the body of a request must have at most {MOST_BYTES} bytes"
+            raise HTTPException(413, limit, close)
     return bytes(body)
 
 
@@ -249,7 +246,7 @@ def _handler(
             return _refusal(415, f"Content-Type must be {allowed}, got {shown(stated)}")
         job = Job()
         try:
-            body = await body_of(request, LIMITS["bytes"])
+            body = await body_of(request)
             answer = await job.answer(
                 request, slots, lambda: work(request, body, job.check)
             )
@@ -292,7 +289,7 @@ def setup_answer(vehicle: Vehicle = PAPER) -> dict[str, Any]:
         "formats": formats_answer(),
         "words": CHOICES_IN_WORDS,
         "defaults": DEFAULTS | own,
-        "limits": LIMITS,
+        "most_bytes": MOST_BYTES,
         "ranges": {name: asdict(allowed) for name, allowed in RANGES.items()},
         "paper_gaits": [_paper_gait(number) for number in PAPER_GAITS.values()],
     }

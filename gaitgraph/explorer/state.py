@@ -1,12 +1,12 @@
 """The state of the page, checked: what it asks of the planner, within the limits of the explorer.
 
-Input is not trusted. Unknown names, wrong types, counts above :data:`LIMITS` and numbers outside :data:`RANGES` raise
-InputError. A vehicle is the name of a preset or its constants, never a file.
+Input is not trusted. Unknown names, wrong types and numbers outside :data:`RANGES` raise InputError. A vehicle is the name of a preset or its constants, never a file.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 from gaitgraph.angles import number_of
@@ -24,14 +24,6 @@ from gaitgraph.vehicle import (
     preset_names,
     vehicle_in_gait_file,
 )
-
-LIMITS: dict[str, int] = {
-    "waypoints": 64,
-    "polygons": 32,
-    "corners": 64,
-    "bytes": 8 << 20,
-}
-"""The largest counts and sizes in the explorer; the library allows more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,33 +84,21 @@ def state_of(content: Any) -> State:
     check_fields("request", content, (*DEFAULTS, "view"))
     values = DEFAULTS | content
     values.pop("view", None)
-    _check_counts(values)
     if values["method"] == "exact":
         values["divisions"] = DEFAULTS["divisions"]  # not used
     vehicle = vehicle_of(values["vehicle"], values.pop("drag_ratio"))
     for name in ("divisions", "accuracy", "period", "samples", "eta"):
-        allowed = RANGES[name]
-        if not allowed.contains(values[name]):
-            raise wrong(name, f"must be {allowed.allowed}", values[name])
+        _check(name, values[name])
     samples, eta = values.pop("samples"), float(values.pop("eta"))
     request = PlanRequest(**values | {"vehicle": vehicle})
     return State(request=request, samples=samples, eta=eta)
 
 
-def _check_counts(values: dict[str, Any]) -> None:
-    """Raise InputError if a state has too many waypoints, polygons or corners."""
-    _check_count("waypoints", values["waypoints"], LIMITS["waypoints"])
-    for name in ("keep_out", "keep_in"):
-        _check_count(name, values[name], LIMITS["polygons"])
-        for number, polygon in enumerate(values[name], start=1):
-            _check_count(f"{name} polygon {number}", polygon, LIMITS["corners"])
-
-
-def _check_count(name: str, value: object, most: int) -> None:
-    if not isinstance(value, list):
-        raise wrong(name, "must be a list", value)
-    if len(value) > most:
-        raise wrong(name, f"must have at most {most} entries", len(value))
+def _check(name: str, value: object, also: str = "") -> None:
+    """Raise InputError if a number is outside of its range."""
+    allowed = RANGES[name]
+    if not allowed.contains(value):
+        raise wrong(name, f"must be {allowed.allowed}{also}", value)
 
 
 def vehicle_of(stated: object, drag_ratio: object = None) -> Vehicle:
@@ -126,13 +106,7 @@ def vehicle_of(stated: object, drag_ratio: object = None) -> Vehicle:
     vehicle = vehicle_in_gait_file(stated)
     if drag_ratio is None or drag_ratio == vehicle.drag_ratio:
         return vehicle
-    allowed = RANGES["drag_ratio"]
-    if not allowed.contains(drag_ratio):
-        raise wrong(
-            "drag_ratio",
-            f"must be {allowed.allowed}, or null for the preset",
-            drag_ratio,
-        )
+    _check("drag_ratio", drag_ratio, ", or null for the preset")
     name = f"{vehicle.name}, changed"
     return vehicle.replace(name=name, drag_ratio=drag_ratio)
 
@@ -142,10 +116,9 @@ def fields_of(vehicle: Vehicle) -> dict[str, Any]:
     ratios: list[float | None] = [None]
     if RANGES["drag_ratio"].contains(vehicle.drag_ratio):
         ratios.append(vehicle.drag_ratio)
-    for name in preset_names():
-        for ratio in ratios:
-            if vehicle_of(name, ratio) == vehicle:
-                return {"vehicle": name, "drag_ratio": ratio}
+    for name, ratio in product(preset_names(), ratios):
+        if vehicle_of(name, ratio) == vehicle:
+            return {"vehicle": name, "drag_ratio": ratio}
     return {"vehicle": vehicle.as_mapping(), "drag_ratio": None}
 
 

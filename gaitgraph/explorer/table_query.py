@@ -57,19 +57,15 @@ _FILM = ".gif"
 def formats_answer() -> list[dict[str, Any]]:
     """Return the formats of a download, and for each that is not available the reason."""
     reasons = {(one.suffix, one.name): one.why_not() for one in FORMATS.values()}
-    reasons[_FILM, "animated GIF"] = _why_no_film()
+    reasons[_FILM, "animated GIF"] = None
+    if find_spec("matplotlib") is None:
+        reason = str(needs_extra("matplotlib", "a film", "plot"))
+        reasons[_FILM, "animated GIF"] = reason
     reasons[CERTIFICATE, "certificate"] = None
     return [
         {"suffix": suffix, "name": name, "why_not": why_not}
         for (suffix, name), why_not in reasons.items()
     ]
-
-
-def _why_no_film() -> str | None:
-    for module in ("matplotlib", "PIL"):
-        if find_spec(module) is None:
-            return str(needs_extra(module, "a film", "plot"))
-    return None
 
 
 def table_answer(

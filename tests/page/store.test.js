@@ -33,7 +33,6 @@ const SETUP = {
     { name: "beetle_omni", vehicle: "beetle_omni", drag_ratio: 0.06 },
   ],
   coefficients: ["published", "exact"],
-  limits: { waypoints: 3, polygons: 1, corners: 4 },
   ranges: {
     divisions: { low: 2, high: 64, whole: true, allowed: "a whole number from 2 to 64" },
     accuracy: { low: 1e-5, high: 0.1, allowed: "a number from 1e-5 to 0.1" },
@@ -180,7 +179,6 @@ test("a part of a link that cannot be used is named, and the rest is kept", () =
   const cases = {
     "color=green": "color must be one of auto, red, blue, got “green”",
     "waypoints=0,9": "waypoints must be pairs of angles within ±pi/2, got “0,9”",
-    "waypoints=0,0;0,0;0,0;0,0": "waypoints must be at most 3 points, got “4”",
     "keep_in=0,0;1,1": "keep_in must be polygons of at least 3 corners, got “0,0;1,1”",
     "reverse=maybe": "reverse must be yes or no, got “maybe”",
     "samples=1.5": "samples must be a whole number, got “1.5”",

@@ -83,16 +83,14 @@ class Wrong extends Error {
   }
 }
 
-function pointsFrom(text, limit) {
-  const points = text.split(";").map((pair) => {
+function pointsFrom(text) {
+  return text.split(";").map((pair) => {
     const angles = pair.split(",").map(angleFromText);
     if (angles.length !== 2 || angles.some((a) => a === null || Math.abs(a) > HALF_PI)) {
       throw new Wrong("pairs of angles within ±pi/2", pair);
     }
     return angles;
   });
-  if (points.length > limit) throw new Wrong(`at most ${limit} points`, points.length);
-  return points;
 }
 
 /** Return the number that a text is, if it lies in a range of the server's setup, else null. */
@@ -103,16 +101,15 @@ export function numberFrom(text, range) {
   return value < range.low || value > range.high || (range.whole && !Number.isInteger(value)) ? null : value;
 }
 
-function ringsFrom(text, limits) {
-  const rings = text.split("~").map((ring) => pointsFrom(ring, limits.corners));
-  if (rings.length > limits.polygons) throw new Wrong(`at most ${limits.polygons} polygons`, rings.length);
+function ringsFrom(text) {
+  const rings = text.split("~").map(pointsFrom);
   if (rings.some((ring) => ring.length < 3)) throw new Wrong("polygons of at least 3 corners", text);
   return rings;
 }
 
 function valueFrom(key, text, setup) {
-  if (key === "waypoints") return pointsFrom(text, setup.limits.waypoints);
-  if (POLYGONS.includes(key)) return ringsFrom(text, setup.limits);
+  if (key === "waypoints") return pointsFrom(text);
+  if (POLYGONS.includes(key)) return ringsFrom(text);
   if (OPTIONAL.includes(key) && text === "own") return null;
   if (key === "vehicle" && text.startsWith("{")) return vehicleFrom(text);
   const choices = choicesOf(setup)[key] ?? VIEW_CHOICES[key];

@@ -77,12 +77,6 @@ function bindPage(setup, vehicle) {
     if (store.page.tab === "table") store.put({ tab: "plan" });
   }
 
-  function isFull(count, limit, what) {
-    if (count < limit) return false;
-    problem(`${what} must be at most ${limit}, got ${count + 1}`);
-    return true;
-  }
-
   function removeWaypoint(index) {
     pictures.map.select(null);
     commit({ waypoints: store.page.state.waypoints.filter((_, k) => k !== index) });
@@ -116,7 +110,6 @@ function bindPage(setup, vehicle) {
   const pictures = picturesIn(store, vehicle, {
     add(point, index) {
       const { waypoints } = store.page.state;
-      if (isFull(waypoints.length, setup.limits.waypoints, "Waypoints")) return;
       commit({ waypoints: waypoints.toSpliced(index, 0, point) });
       say(`Waypoint ${index + 1} added: α1 ${angle(point[0])}, α2 ${angle(point[1])}`);
     },
@@ -130,7 +123,6 @@ function bindPage(setup, vehicle) {
     remove: removeWaypoint,
     polygon(kind, ring) {
       const polygons = store.page.state[kind];
-      if (isFull(polygons.length, setup.limits.polygons, "Polygons")) return;
       commit({ [kind]: [...polygons, ring] });
       pictures.map.select({ kind, index: polygons.length });
       say("Polygon closed");

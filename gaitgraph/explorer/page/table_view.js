@@ -13,7 +13,7 @@ export function tableViewIn(setup, store, on) {
     byId("open").focus();
   }
 
-  bindFile(setup.limits.bytes, {
+  bindFile(setup.most_bytes, {
     onReport(table) {
       problem(null);
       store.put({ table, tab: "table" });
