@@ -31,7 +31,6 @@ from gaitgraph.invertibility.coefficients import (
 )
 from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import (
-    BoolArray,
     IntArray,
     attitude_of,
     attitude_sensitivities,
@@ -46,16 +45,14 @@ from gaitgraph.invertibility.tilt_margins import (
 )
 from gaitgraph.records import Record
 from gaitgraph.surface.region import polygons_of
-from gaitgraph.tolerances import ROUND_OFF, SAME_ANGLE
+from gaitgraph.tolerances import SAME_ANGLE
 from gaitgraph.vehicle import PAPER, VehicleLike
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 100_000
-_SIDES = 64  # of a cone, against which pieces are tested
 _FIRST_POINTS = 3  # of a side
 _MOST_HALVINGS = 40
-_DEEP = 0.1  # products of unit vectors of which a vertical is deep inside
-_THIN = 1e-13  # of the length of points on a line: how far rounding leads them off it
+_DIGITS = 9  # of points where rays meet the plane at height one
 _SAG = 1e-6  # rad, largest distance of straight sides of a polygon from the curves
 _AT_POLE = 1e-12  # rad of pitch
 
@@ -213,41 +210,29 @@ def _proven_polygon(
 ) -> tuple[shapely.Polygon, float]:
     """Return a polygon in which all is acceptable, and a bound of what it lacks; empty if R cannot be told from zero.
 
-    Samples of v alone give a polygon with all that is acceptable. Pieces of the gait on which v may leave the cone of
-    the samples are cut until both polygons agree.
+    Samples of v alone give a polygon with all that is acceptable. The gait is cut until both polygons agree.
     """
     starts, ends = closed[:-1], closed[1:]
     sign = math.copysign(1.0, attitude_sensitivities(starts[0], coefficients)[2])
-    samples = np.zeros((0, 3))
-    most = max(_MOST_PIECES, 2 * len(starts))
-    pieces = 0
     while True:
         first = sign * attitude_sensitivities(starts, coefficients)
         last = sign * attitude_sensitivities(ends, coefficients)
-        # Where a piece ends, the next begins.
-        samples = np.concatenate([samples, first])
-        inside = _inside(samples)
-        if inside is None:
-            return shapely.Polygon(), 1.0
-        samples = _extreme_rays(samples, inside)
         between = _rays_between(first, last, starts, ends, coefficients)
-        may_leave = _may_leave(samples, first, last, between)
-        pieces += len(starts)
-        is_last = pieces + 4 * may_leave.sum() > most
-        if (between @ inside > 0).all():
-            rays = between[may_leave].reshape(-1, 3)
-            rays = _extreme_rays(np.concatenate([samples, rays]), inside)
-            polygon = _polygon_of(rays)
-            lacks = max(_polygon_of(samples).area - polygon.area, 0.0) / DIAGRAM_AREA
+        rays = np.concatenate([first, between])
+        is_last = 4 * len(starts) > _MOST_PIECES
+        if (rays[:, 2] > 0).all():
+            polygon = _polygon_of(_extreme_rays(rays))
+            possible = _polygon_of(_extreme_rays(first))
+            lacks = max(possible.area - polygon.area, 0.0) / DIAGRAM_AREA
             by_sides = 0.0
-            if len(rays) > 1:
+            if polygon.area < DIAGRAM_AREA:
                 by_sides = _SAG * float(polygon.length) / DIAGRAM_AREA
             # Finer pieces gain at most what the straight sides lose.
             if is_last or lacks <= 2 * _SAG or lacks + by_sides <= tolerance:
                 return polygon, lacks + by_sides
         elif is_last:
             return shapely.Polygon(), 1.0
-        nodes = np.linspace(starts[may_leave], ends[may_leave], 5)
+        nodes = np.linspace(starts, ends, 5)
         starts = np.concatenate(nodes[:-1])
         ends = np.concatenate(nodes[1:])
 
@@ -259,7 +244,7 @@ def _rays_between(
     ends: FloatArray,
     coefficients: Coefficients,
 ) -> FloatArray:
-    """Return four rays for each piece, (m, 4, 3): with v at both ends their cone holds v all along it.
+    """Return four rays for each of m pieces, (4m, 3): with v at both ends their cone holds v all along it.
 
     v differs from its chord by 4·s·(1 − s) of the deviation at most. That is a parabola, whose Bézier point in the
     middle is off by twice the deviation: in a square about the chord, and at the lower height, which is the stricter.
@@ -269,88 +254,21 @@ def _rays_between(
     rays = np.repeat((first + last)[:, None] / 2, 4, axis=1)
     rays[:, :, :2] += 2 * across[:, None, None] * corners
     rays[:, :, 2] -= 2 * level[:, None]
-    return rays
+    return rays.reshape(-1, 3)
 
 
-def _may_leave(
-    cone: FloatArray, first: FloatArray, last: FloatArray, between: FloatArray
-) -> BoolArray:
-    """Return whether v may leave a cone of extreme rays along each piece.
+def _extreme_rays(rays: FloatArray) -> FloatArray:
+    """Return the extreme rays of a cone and the upright one's, unit vectors, counter-clockwise seen from above.
 
-    Its products with the normals of the cone are above parabolas with Bézier points f0, f and f1, which are nowhere
-    negative if f ≥ −√(f0·f1). Of many rays some are taken: a piece with an end beside their cone is in the whole one if
-    f ≥ 0.
+    Rays are told apart where they meet the plane at height one, to 1e-9.
     """
-    if len(cone) < 3:
-        return np.ones(len(first), dtype=bool)
-    some = cone[:: -(-len(cone) // _SIDES)]
-    normals = np.cross(some, np.roll(some, -1, axis=0)).T
-    at_first, at_last = first @ normals, last @ normals
-    is_beside = (np.minimum(at_first, at_last) < -ROUND_OFF).any(axis=1)
-    allowed = np.sqrt(np.maximum(at_first, 0.0) * np.maximum(at_last, 0.0))
-    allowed[is_beside] = 0.0
-    least = (between @ normals).min(axis=1)
-    return np.asarray((least < -allowed).any(axis=1))
-
-
-def _inside(rays: FloatArray) -> FloatArray | None:
-    """Return a vertical with a positive product with the upright one and every ray: upright, or the deepest one."""
-    rows = np.vstack([_UP, rays])
-    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-    if rows[:, 2].min() > _DEEP:
-        return _UP
-    from scipy.optimize import linprog  # which most gaits need not load
-
-    # The unknowns are the vertical and the least of all products, which is to be large.
-    solution = linprog(
-        [0.0, 0.0, 0.0, -1.0],
-        A_ub=np.column_stack([-rows, np.ones(len(rows))]),
-        b_ub=np.zeros(len(rows)),
-        bounds=[(-1.0, 1.0)] * 4,
-    )
-    best = np.asarray(solution.x)
-    if best[3] <= SAME_ANGLE:
-        return None
-    return np.asarray(best[:3] / np.linalg.norm(best[:3]))
-
-
-def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
-    """Return the extreme rays of a cone and the upright one's, unit vectors, counter-clockwise about `inside`.
-
-    Rays within 1e-9 rad of each other are one. Qhull keeps its hulls convex where points are within rounding of each
-    other, but may lose an end of points that are on a line but for rounding; only both ends are extreme then.
-    """
-    from scipy.spatial import ConvexHull
-
-    everything = np.vstack([_UP, rays])
-    everything /= np.linalg.norm(everything, axis=1, keepdims=True)
-    points = _projected(everything, inside)
-    offset = points - points[0]
-    farthest = offset[np.argmax(np.sum(offset**2, axis=1))]
-    along = offset @ farthest
-    beside = offset @ [-farthest[1], farthest[0]]
-    if np.abs(beside).max() <= _THIN * along.max():
-        index = np.unique([np.argmin(along), np.argmax(along)])
-    else:
-        index = np.asarray(ConvexHull(points).vertices)
-    extreme = everything[np.roll(index, -int(np.argmax(index == 0)))]
-    kept = [extreme[0]]  # the upright one, if it is extreme
-    for ray in extreme[1:]:
-        apart = np.abs(ray - [kept[0], kept[-1]]).max(axis=1)
-        if apart.min() > SAME_ANGLE:
-            kept.append(ray)
-    return np.array(kept)
-
-
-def _projected(rays: FloatArray, inside: FloatArray) -> FloatArray:
-    """Return the central projection of rays onto the plane at distance one along `inside`, shape (..., 2)."""
-    axis = np.eye(3)[np.argmin(np.abs(inside))]
-    first = np.cross(inside, axis)
-    first /= np.linalg.norm(first)
-    second = np.cross(inside, first)
-    return np.asarray(
-        rays @ np.column_stack([first, second]) / (rays @ inside)[:, None]
-    )
+    points = np.vstack([[0.0, 0.0], rays[:, :2] / rays[:, 2:]]).round(_DIGITS)
+    hull = shapely.convex_hull(shapely.multipoints(points))
+    around = shapely.get_coordinates(shapely.orient_polygons(hull))
+    if len(around) > 2:  # a polygon ends where it begins
+        around = around[:-1]
+    extreme = np.column_stack([around, np.ones(len(around))])
+    return np.asarray(extreme / np.linalg.norm(extreme, axis=1, keepdims=True))
 
 
 def _polygon_of(rays: FloatArray) -> shapely.Polygon:
