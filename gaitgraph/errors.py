@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
@@ -124,12 +124,23 @@ class FileProblem(GaitgraphError, OSError):
     """A file cannot be read or written; `errno` and `filename` are those of the system's error, if that was the cause."""
 
     @classmethod
-    def of(cls, message: str, error: Exception, path: Path) -> FileProblem:
-        """Return the problem of a path that an error of the system tells."""
-        problem = cls(message, path=str(path))
-        problem.filename = str(path)
+    def of(
+        cls,
+        message: str,
+        error: Exception,
+        path: Path | None = None,
+        advice: Advice | None = None,
+    ) -> Self:
+        """Return the problem of a path, or of a stream, that an error of the system tells."""
+        problem = cls(message, advice=advice)
         problem.errno = getattr(error, "errno", None)
+        if path is not None:
+            problem.path = problem.filename = str(path)
         return problem
+
+    def __reduce__(self) -> Any:
+        system = {"errno": self.errno, "filename": self.filename}
+        return type(self), self.args, self.__dict__ | system
 
 
 class FileWarning(UserWarning):
@@ -246,8 +257,8 @@ def _plain(value: Any) -> Any:
 
 def _for_json(value: object) -> Any:
     """Return a value as JSON takes it; a text if it does not."""
-    plain = _plain(value)
     try:
+        plain = _plain(value)
         json.dumps(plain, allow_nan=False)
     except (RecursionError, TypeError, ValueError):
         return shown(value)

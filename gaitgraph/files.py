@@ -50,7 +50,7 @@ def path_of(value: object, what: str) -> Path:
 def is_stream(value: object) -> TypeIs[IO[Any]]:
     """Return whether a value is an open stream, of bytes or of text, which may be given instead of a path."""
     # Gaits and other answers have a method `write` too, and frames may have a column of any name.
-    methods = (getattr(value, name, None) for name in ("read", "writelines"))
+    methods = (getattr(value, name, None) for name in ("read", "writelines", "flush"))
     return any(map(callable, methods))
 
 
@@ -58,13 +58,17 @@ def content_of(stream: IO[Any], what: str) -> bytes:
     """Return the rest of a stream, text as UTF-8; InputError or FileProblem, which call it `what`, if it has none."""
     try:
         content = stream.read()
+        if content is None:
+            raise BlockingIOError("it has nothing to read now")
         return content.encode() if isinstance(content, str) else bytes(content)
     except UnicodeError as error:
         raise InputError(f"{what} must be UTF-8 text, got other bytes") from error
+    except io.UnsupportedOperation as error:
+        message = f"{what} must be a stream that is open for reading, got another"
+        raise FileProblem.of(message, error) from error
     except Exception as error:  # of whatever library the stream is
-        problem = FileProblem(f"{what} cannot be read from the stream: {error}")
-        problem.errno = getattr(error, "errno", None)
-        raise problem from error
+        message = f"{what} cannot be read from the stream: {error}"
+        raise FileProblem.of(message, error) from error
 
 
 def write_to(stream: IO[Any], content: IO[bytes], what: str, *, is_text: bool) -> None:
@@ -87,10 +91,12 @@ def write_to(stream: IO[Any], content: IO[bytes], what: str, *, is_text: bool) -
             piece = source.read(_PIECE)
     except InputError:
         raise
+    except io.UnsupportedOperation as error:
+        message = f"{what} needs a stream that is open for writing, got another"
+        raise FileProblem.of(message, error) from error
     except Exception as error:  # of whatever library the stream is
-        problem = FileProblem(f"{what} cannot be written to the stream: {error}")
-        problem.errno = getattr(error, "errno", None)
-        raise problem from error
+        message = f"{what} cannot be written to the stream: {error}"
+        raise FileProblem.of(message, error) from error
 
 
 def _write_piece(stream: Any, piece: Any) -> None:
@@ -98,7 +104,8 @@ def _write_piece(stream: Any, piece: Any) -> None:
     left = piece
     while True:
         taken = stream.write(left)
-        if taken is None and isinstance(stream, io.RawIOBase):
+        is_full = taken is None and isinstance(stream, io.RawIOBase)
+        if is_full or (taken == 0 and left):
             raise BlockingIOError("it takes nothing more")
         if taken is None or taken >= len(left):
             break
@@ -270,7 +277,8 @@ def _replace(whole: Path, target: Path) -> None:
 
 
 def _exists(path: Path) -> OutputExists:
-    return OutputExists(f"output {str(path)!r} exists", advice=_OVERWRITE)
+    exists = FileExistsError(errno.EEXIST, "it exists")
+    return OutputExists.of(f"output {str(path)!r} exists", exists, path, _OVERWRITE)
 
 
 def check_new_files(
@@ -307,7 +315,9 @@ def _check_new(path: Path, target: Path, *, force: bool, is_folder: bool) -> Non
     wanted = "a folder" if is_folder else "a file"
     if got not in ("nothing", wanted):
         new = "a new folder" if is_folder else "a regular file"
-        raise OutputExists(f"output {str(path)!r} must be {new}, got {got}")
+        exists = FileExistsError(errno.EEXIST, "it exists")
+        message = f"output {str(path)!r} must be {new}, got {got}"
+        raise OutputExists.of(message, exists, path)
     if os.path.lexists(path) and not force:
         raise _exists(path)
     if not path.parent.is_dir():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import IO, TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from gaitgraph.angles import (
 )
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, check_fields, checked_choice, wrong
+from gaitgraph.files import is_stream, path_of
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import least_singular_value
@@ -559,9 +560,24 @@ class Flight(Pictured):
         columns = dict(zip(COLUMNS, self.rows.T, strict=True))
         return Table(columns=columns, about=about)
 
-    def write(self, *paths: str | Path, force: bool = False) -> None:
-        """Write tables, plots and films of the flight; see :func:`gaitgraph.plots.flights.write_flight`."""
-        later.write_flight(self, paths, force=force)
+    def write(
+        self,
+        *paths: str | Path | IO[Any],
+        force: bool = False,
+        format: str | None = None,
+    ) -> None:
+        """Write tables, plots and films of the flight; see :func:`gaitgraph.plots.flights.write_flight`.
+
+        An open stream takes the table, in a `format` such as "csv".
+        """
+        if format is not None or any(map(is_stream, paths)):
+            if not len(self.rows):
+                raise InputError("a flight without rows has no table")
+            later.write_tables(self.table, paths, format=format)
+            return
+        later.write_flight(
+            self, [path_of(path, "output") for path in paths], force=force
+        )
 
     def __repr__(self) -> str:
         return f"<Flight: {self.flown:g} s, {self.reason or self.verdict}>"

@@ -34,8 +34,6 @@ Weight = str | Callable[[Any, Any, Any], float | None]
 QUANTA_PER_RADIAN = 1e12
 MOST_ANY_ORDER = 9
 """Stops of which all orders are tried."""
-MOST_IN_TIME = 200
-"""Places whose order is found in a second, once the paths between them are measured."""
 _TURN = 1_000_000  # more than the steps of any path
 
 _ALLOWED: dict[str, Allowed] = {

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import whole_number
 from gaitgraph.errors import (
+    FileProblem,
     FileWarning,
     GaitgraphError,
     InputError,
@@ -277,12 +278,15 @@ def _warn_of_chords(table: Table) -> None:
 def _file_for(stream: object, format: str | None, task: str) -> Iterator[Path]:
     """Give a path of the format, in a folder of its own, for what a stream holds; errors hold no path."""
     suffix = suffix_of_stream(stream, format, task)
-    with TemporaryDirectory() as folder:
-        try:
+    try:
+        with TemporaryDirectory() as folder:
             yield Path(folder) / f"stream{suffix}"
-        except GaitgraphError as error:
-            error.path = None
-            raise
+    except GaitgraphError as error:
+        error.path = None
+        raise
+    except OSError as error:
+        message = f"a stream needs a temporary folder: {error.strerror or error}"
+        raise FileProblem.of(message, error) from error
 
 
 def suffix_of_stream(stream: object, format: str | None, task: str) -> str:

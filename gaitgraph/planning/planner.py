@@ -278,9 +278,9 @@ def plan_loop(
     weight
         Own cost of an edge, with the method "grid": see :func:`gaitgraph.graph.walks.closed_walk`.
     deadline
-        With `any_order` and the exact method: seconds after which straight lines stand for the paths between waypoints
-        that are not measured yet; a warning says so. Beyond 200 waypoints the order is then that of the nearest
-        neighbours, since the search for a better one cannot be stopped.
+        With `any_order` and the exact method: seconds, of which half are for measuring the paths between waypoints;
+        straight lines stand for those that are left. Of more than 100 waypoints the order is that of the nearest
+        neighbours if too little time is left for a better one. A warning says so.
     progress
         Called with a line of text before each step of long work.
 
