@@ -552,6 +552,22 @@ def test_problems_of_files_keep_what_the_system_says(tmp_path: Path) -> None:
         gg.read_table(path)
     assert caught.value.errno == errno.ENOENT
     assert caught.value.filename == caught.value.path == path
+    # As from another process.
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (again.errno, again.filename) == (errno.ENOENT, path)
+    assert again.as_mapping() == caught.value.as_mapping()
     with pytest.raises(FileProblem) as caught:
         TIMED.write(f"{'a' * 300}.csv")
     assert caught.value.errno == errno.ENAMETOOLONG
+    TIMED.write(path)
+    with pytest.raises(gg.errors.OutputExists) as exists:
+        TIMED.write(path)
+    assert (exists.value.errno, exists.value.filename) == (errno.EEXIST, path)
+
+
+def test_a_value_that_is_nested_too_deeply_is_told_by_its_kind() -> None:
+    nested: Any = []
+    for _ in range(5000):
+        nested = [nested]
+    error = InputError("it must be flat", value=nested)
+    assert error.as_mapping()["value"] == "a list"

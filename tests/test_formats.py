@@ -11,7 +11,7 @@ import sys
 import zipfile
 from dataclasses import replace
 from functools import partial
-from io import BytesIO, StringIO
+from io import BytesIO, RawIOBase, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -337,6 +337,48 @@ def test_a_stream_that_is_broken_or_closed_is_one_line(read: Any) -> None:
             read(BytesIO(b"\xff"))
         with pytest.raises(gg.InputError, match="it is not TOML|must be JSON"):
             read(StringIO("{"))
+
+
+class Full(RawIOBase):
+    """A stream that is open for writing, and takes nothing."""
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, _: Any) -> int:
+        return 0
+
+
+class Answer:
+    """What a web framework takes content with: it cannot be read."""
+
+    def __init__(self) -> None:
+        self.content = b""
+
+    def write(self, piece: bytes) -> None:
+        self.content += piece
+
+    def flush(self) -> None:
+        pass
+
+
+def test_streams_that_take_nothing_or_are_written_to_alone(
+    planned: TimedGait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(gg.errors.FileProblem, match="stream: it takes nothing more"):
+        planned.write(Full(), format="csv")  # type: ignore[arg-type]
+    answer: Any = Answer()
+    planned.write(answer, format="csv")
+    assert answer.content.startswith(b"t,alpha1")
+    Path("a.csv").write_bytes(answer.content)
+    with Path("a.csv").open("rb") as wrong, pytest.raises(gg.errors.FileProblem) as no:
+        planned.write(wrong, format="csv")
+    assert str(no.value).endswith(
+        "needs a stream that is open for writing, got another"
+    )
+    monkeypatch.setattr("tempfile.tempdir", "none")
+    with pytest.raises(gg.errors.FileProblem, match="needs a temporary folder: No"):
+        planned.write(BytesIO(), format="csv")
 
 
 # What their own readers read ------------------------------------------------------------------------------------------
