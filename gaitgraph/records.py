@@ -13,6 +13,7 @@ from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
 from importlib import import_module
+from inspect import Parameter, signature
 from types import UnionType
 from typing import (
     TYPE_CHECKING,
@@ -215,11 +216,28 @@ def _rebuilt_record(kind: Any, rest: dict[str, Any]) -> Any:
     # A constructor that takes wider types than the record holds checks them itself.
     if kind._constructed_from is Record._constructed_from:
         _check_types(kind, named)
+    _check_complete(kind, named)
     later = {one.name: named.pop(one.name) for one in fields(kind) if not one.init}
     record = kind(**named)
     for name, item in later.items():
         object.__setattr__(record, name, item)  # the record is frozen
     return record
+
+
+def _check_complete(kind: Any, named: dict[str, Any]) -> None:
+    """Raise InputError for the first field that a record needs and a mapping lacks."""
+    parameters = signature(kind).parameters.values()
+    needed = [
+        one.name
+        for one in parameters
+        if one.default is Parameter.empty and one.kind is not Parameter.VAR_KEYWORD
+    ]
+    needed += [one.name for one in fields(kind) if not one.init]
+    for name in needed:
+        if name not in named:
+            raise InputError(
+                f"mapping of a {kind.__name__} must have {name}, got none", field=name
+            )
 
 
 def _check_types(kind: Any, named: dict[str, Any]) -> None:

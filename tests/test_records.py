@@ -276,6 +276,21 @@ def test_a_number_or_text_of_another_kind_is_named(
         gg.Report.from_dict(stated | {field: wrong})
 
 
+@pytest.mark.parametrize("name", ["Gait", "Report", "Table", "Plan"])
+def test_a_field_that_a_record_needs_and_the_mapping_lacks_is_named(name: str) -> None:
+    made = ALL[name]()
+    stated = made.as_dict()
+    for field in stated.keys() - {"type"}:
+        less = {key: value for key, value in stated.items() if key != field}
+        try:
+            again = type(made).from_dict(less)
+        except gg.InputError as error:
+            assert error.field == field
+            assert f"must have {field}, got none" in str(error)
+        else:  # the constructor has a default
+            assert type(again) is type(made)
+
+
 def test_whole_numbers_of_json_are_numbers_too() -> None:
     stated = gg.validate(GAIT).as_dict()
     assert gg.Report.from_dict(stated | {"hover_power": 2}).hover_power == 2
