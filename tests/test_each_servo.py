@@ -17,7 +17,7 @@ from gaitgraph.invertibility.geometry import Geometry
 from gaitgraph.invertibility.segment_bounds import segments_fly
 from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import read_table, write_tables
-from gaitgraph.io.servo_map import clipped_rows, mapped_table, servo_map_from_mapping
+from gaitgraph.io.servo_map import clipped_table, mapped_table, servo_map_from_mapping
 from gaitgraph.surface import admissible_region
 from gaitgraph.timing.limits import limits_of
 from gaitgraph.timing.servo_lag import servo_response
@@ -270,7 +270,7 @@ def test_tilts_beyond_a_linkage_are_refused_or_clipped() -> None:
     with pytest.raises(gg.errors.InputError, match=message):
         mapped_table(table, servo_map_from_mapping({}))
     clips = servo_map_from_mapping({"clip": True})
-    assert clipped_rows(table, clips) == dict.fromkeys(ANGLES, 1)
+    assert clipped_table(table, clips)[1] == dict.fromkeys(ANGLES, 1)
     assert mapped_table(table, clips).columns["alpha1"][1] == -math.pi / 3
 
 

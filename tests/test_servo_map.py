@@ -20,7 +20,7 @@ from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import (
     PRESETS,
     ServoMap,
-    clipped_rows,
+    clipped_table,
     mapped_table,
     servo_map_from_mapping,
     servo_map_named,
@@ -253,7 +253,7 @@ def test_limits_are_kept_or_refused_with_place_and_values() -> None:
         expected = np.clip(exact, 1000, 2000)
         np.testing.assert_allclose(columns[joint.column], expected, atol=0.051)
         beyond = int((expected != exact).sum())
-        assert clipped_rows(TABLE, clipping)[joint.name] == beyond
+        assert clipped_table(TABLE, clipping)[1][joint.name] == beyond
     radians = clipping.in_radians()  # where the same limits hold
     assert radians.joints[0].limits == pytest.approx((-500 / 600, 500 / 600))
     degrees = servo_map_from_mapping({"unit": "deg", "limits": ["-70deg", "60deg"]})

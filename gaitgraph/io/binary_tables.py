@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -86,7 +86,7 @@ def read_npz(path: Path) -> RawTable:
         for name in archive.files:
             try:
                 arrays[name] = archive[name]
-            except ValueError as error:
+            except ValueError as error:  # of objects, which matters if it is a column
                 arrays[name] = error
     about = _about_of_array(arrays.pop(_PROVENANCE, None))
     return RawTable(columns=arrays, about=about)
@@ -136,13 +136,10 @@ def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
     """Return what made the file, where we or pandas keep it."""
     if _OURS in metadata:
         return about_from_text(metadata[_OURS].decode())
-    try:
+    with suppress(ValueError, AttributeError):  # the attributes of somebody else
         attributes = json.loads(metadata.get(_OF_PANDAS, b"{}"))
-    except ValueError:
-        return {}
-    if not isinstance(attributes, dict):
-        return {}
-    return about_from_text(json.dumps(attributes.get("gaitgraph")))
+        return about_from_text(json.dumps(attributes.get("gaitgraph")))
+    return {}
 
 
 # -- MATLAB files
@@ -163,7 +160,6 @@ def write_mat(table: Table, path: Path) -> None:
     Beside them are `names` and `units` of the columns, and `provenance`, as texts.
     """
     from scipy.io import savemat
-    from scipy.io.matlab import MatWriteError
 
     for name in table.columns:
         if not _NAME.fullmatch(name):
@@ -177,12 +173,7 @@ def write_mat(table: Table, path: Path) -> None:
     arrays["names"] = list(table.columns)
     arrays["units"] = list(table.units.values())
     arrays[_PROVENANCE] = provenance_text(table)
-    try:
-        savemat(path, arrays, oned_as="column", do_compression=True)
-    except MatWriteError as error:
-        raise InputError(
-            f"{len(table)} rows are too many for a .mat file ({error}); write a .parquet file"
-        ) from error
+    savemat(path, arrays, oned_as="column", do_compression=True)
     with path.open("r+b") as stream:  # scipy writes the time and the system there
         stream.write(
             f"MATLAB 5.0 MAT-file, written by gaitgraph {__version__}".ljust(

@@ -62,12 +62,11 @@ _LARGEST |= {"t": 1e11}  # Unix time too
 _SHORTEST_STEP = 1e-9
 _TIMES = {"time": 1.0, "t_ms": 1e3, "time_ms": 1e3, "t_us": 1e6, "time_us": 1e6}
 """Other names of the column t, and their units in one second."""
-_UNITS_OF_TIME = "a time is t in s, t_ms or t_us"
 _LIKELY_PERIOD = 60.0  # a longer one is probably in another unit [s]
 _LIKELY_STEP = 10.0  # of time, in median steps
 _BESIDE_JOINTS = ("color", "types", "R")
 MADE_BY = "made_by"
-_MOST_NAMED, _MOST_COMPARED = 20, 1000  # of other columns, in a message
+_MOST_NAMED = 20  # of other columns, in a message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,12 +93,11 @@ def named_columns(names: Sequence[str], columns: Iterable[Any]) -> dict[str, Any
 class Wanted:
     """Which columns are read.
 
-    With `plane_only` alpha1 and alpha2 are enough. With `joints` the columns are those of a servo table. With `angles`
-    they are t and these angles alone, which may have any size.
+    With `plane_only` alpha1 and alpha2 are enough. With `angles` the columns are t and these angles alone, which may
+    have any size.
     """
 
     plane_only: bool = False
-    joints: ServoMap | None = None
     angles: tuple[str, ...] = ()
 
     @property
@@ -117,46 +115,42 @@ class Wanted:
             names[f"{name}_deg"] = name
         return names
 
-    def used(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Return the columns that are read of a file with these names; others are listed in a warning."""
-        if self.joints is None:
-            return self.order + tuple(self.other_names)
-        used = self.joints.columns + _BESIDE_JOINTS
-        if self.joints.time not in names:
-            used += tuple(name for name in _TIMES if name not in used)
-        return used
+    @property
+    def used(self) -> tuple[str, ...]:
+        """All names of columns that are read."""
+        return (*self.order, *self.other_names)
 
 
 GAIT_COLUMNS = Wanted()
 
 
 def table_of_columns(
-    raw: RawTable, wanted: Wanted = GAIT_COLUMNS, *, source: str | None = None
+    raw: RawTable,
+    wanted: Wanted = GAIT_COLUMNS,
+    *,
+    joints: ServoMap | None = None,
+    source: str | None = None,
 ) -> Table:
     """Return the table of raw columns, checked and in order; InputError if they are none of a gait.
 
-    Notes on what is not used, or probably wrong, become warnings about the `source`, if that is given.
+    With `joints`, or a map that the columns state, they are those of a servo table. Notes on what is not used, or
+    probably wrong, become warnings about the `source`, if that is given.
     """
     # What is read are tilt angles, so a map of joints did not make them.
     about = dict(raw.about)
-    if "servos" in about:
-        servos = about.pop("servos")
-        if wanted.joints is None:
-            wanted = replace(wanted, joints=servo_map_from_mapping(servos))
-    notes = _Notes(source)
-    others = _check_names(list(raw.columns), wanted)
+    servos = about.pop("servos", None)
+    if servos is not None and joints is None:
+        joints = servo_map_from_mapping(servos)
+    if joints is None:
+        others = _check_names(list(raw.columns), wanted)
+        used = _equally_long(raw.columns, wanted.used)
+        digits: dict[str, Digits] = {}
+    else:
+        used, digits, others = _tilts_in(raw.columns, joints)
+    notes = []
     if others:
-        notes.add(f"columns not used: {others}")
-    used = _equally_long(raw.columns, wanted)
+        notes.append(f"columns not used: {others}")
     columns: dict[str, Any] = {}
-    digits: dict[str, Digits] = {}
-    if wanted.joints is not None:
-        numbers = {}
-        for name in wanted.joints.columns:
-            if name in used:
-                numbers[name] = _numbers(name, used.pop(name))
-        columns |= tilts_from_joints(numbers, wanted.joints)
-        digits |= digits_from_joints(numbers, wanted.joints)
     for name, values in used.items():
         meant = wanted.other_names.get(name, name)
         if name in TEXTS:
@@ -164,46 +158,55 @@ def table_of_columns(
         else:
             as_texts = raw.angle_texts and name in (wanted.angles or ANGLES)
             stated = _numbers(name, values, angle_texts=as_texts)
-            columns[meant], digits[meant] = _in_si(name, stated, values)
+            columns[meant], printed = _in_si(name, stated, values)
+            digits.setdefault(meant, printed)
     _check_sizes(columns, wanted)
     if "t" in columns:
-        _check_times(columns["t"], about, notes)
-    _check_rates(columns, notes)
+        notes += _notes_on_times(columns["t"], about)
+    notes += _notes_on_rates(columns)
+    if source:
+        for note in notes:
+            warnings.warn(f"{source}: {note}", FileWarning, stacklevel=4)
     columns = {name: columns[name] for name in wanted.order if name in columns}
-    return Table(columns=columns, about=about, digits=digits, notes=tuple(notes.texts))
+    return Table(columns=columns, about=about, digits=digits, notes=tuple(notes))
 
 
-class _Notes:
-    """Notes on a table, each a warning at once if the file or frame that it is from has a name."""
+def _tilts_in(
+    raw: Mapping[str, Any], joints: ServoMap
+) -> tuple[dict[str, Any], dict[str, Digits], str]:
+    """Return the columns of a gait in those of joints and beside them, their digits, and a list of the others."""
+    names = list(raw)
+    beside: tuple[str, ...] = _BESIDE_JOINTS
+    if joints.time not in names:
+        beside += tuple(_TIMES)
+    used = joints.columns + tuple(name for name in beside if name not in joints.columns)
+    _check_one_name_each(names, beside, GAIT_COLUMNS)
+    joints.check_columns(names)
+    columns = _equally_long(raw, used)
+    numbers = {}
+    for name in joints.columns:
+        if name in columns:
+            numbers[name] = _numbers(name, columns.pop(name))
+    columns = tilts_from_joints(numbers, joints) | columns
+    return columns, digits_from_joints(numbers, joints), _others_in(names, used)
 
-    def __init__(self, source: str | None) -> None:
-        self.source = source
-        self.texts: list[str] = []
 
-    def add(self, text: str) -> None:
-        self.texts.append(text)
-        if self.source:
-            warnings.warn(f"{self.source}: {text}", FileWarning, stacklevel=5)
-
-
-def _check_rates(names: Container[str], notes: _Notes) -> None:
-    """Note rates, and accelerations, that are not there for all angles, or without times."""
+def _notes_on_rates(names: Container[str]) -> list[str]:
+    """Return notes on rates, and accelerations, that are not there for all angles, or without times."""
+    notes = []
     for kind in (RATES, ACCELERATIONS):
         stated = [name for name in kind if name in names]
         if stated and ("t" not in names or len(stated) < len(kind)):
-            notes.add(
+            notes.append(
                 f"columns not used: {', '.join(stated)}, which are used with t and for all four angles"
             )
+    return notes
 
 
 def _check_names(names: list[str], wanted: Wanted) -> str:
     """Raise InputError unless there are the columns that are wanted, each once; return a list of the others."""
-    used = wanted.used(names)
-    _check_one_name_each(names, wanted)
-    others = _listed([name for name in names if name not in used], names, used)
-    if wanted.joints is not None:
-        wanted.joints.check_columns(names)
-        return others
+    _check_one_name_each(names, wanted.used, wanted)
+    others = _others_in(names, wanted.used)
     known = {wanted.other_names.get(name, name) for name in names}
     needed = wanted.angles or ANGLES
     columns = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
@@ -221,12 +224,13 @@ def _check_names(names: list[str], wanted: Wanted) -> str:
     return others
 
 
-def _check_one_name_each(names: Sequence[str], wanted: Wanted) -> None:
-    """Raise InputError if two columns are the same one under two names."""
+def _check_one_name_each(
+    names: Sequence[str], used: Sequence[str], wanted: Wanted
+) -> None:
+    """Raise InputError if two of the columns that are used are the same one under two names."""
     first: dict[str, str] = {}
-    for name in wanted.used(names):
-        is_of_joints = wanted.joints is not None and name in wanted.joints.columns
-        if name in names and not is_of_joints:
+    for name in used:
+        if name in names:
             meant = wanted.other_names.get(name, name)
             if meant in first:
                 raise InputError(
@@ -236,23 +240,20 @@ def _check_one_name_each(names: Sequence[str], wanted: Wanted) -> None:
             first[meant] = name
 
 
-def _listed(others: list[str], names: Sequence[str], used: Sequence[str]) -> str:
-    """Return names of columns for a message, first those that resemble a known one, with a hint."""
+def _others_in(names: Sequence[str], used: Sequence[str]) -> str:
+    """Return the names of columns that are not used for a message, each with the known name that it may mean."""
+    others = [name for name in names if name not in used]
     missing = [name for name in used if name not in names]
-    near = []
-    rest = []
-    for number, name in enumerate(others):
-        hint = ""
-        if number < _MOST_COMPARED:
-            hint = _hint(name, missing).removeprefix("; ")
+    texts = []
+    for name in others[:_MOST_NAMED]:
+        hint = _hint(name, missing).removeprefix("; ")
         if hint:
-            near.append(f"{name!r} ({hint})")
+            texts.append(f"{name!r} ({hint})")
         else:
-            rest.append(shown(name))
-    texts = near + rest
-    listed = ", ".join(texts[:_MOST_NAMED])
-    if len(texts) > _MOST_NAMED:
-        listed += f" and {len(texts) - _MOST_NAMED} more"
+            texts.append(shown(name))
+    listed = ", ".join(texts)
+    if len(others) > _MOST_NAMED:
+        listed += f" and {len(others) - _MOST_NAMED} more"
     return listed
 
 
@@ -262,16 +263,21 @@ def _hint(name: str, known: list[str]) -> str:
     times = [one for one in known if one == "t" or one in _TIMES]
     hint = did_you_mean(plain, known)
     if plain not in times and hint and hint == did_you_mean(plain, times):
-        return _UNITS_OF_TIME
+        return "a time is t in s, t_ms or t_us"
     return hint
 
 
-def _equally_long(raw: Mapping[str, Any], wanted: Wanted) -> dict[str, Any]:
-    """Return the columns that are read, one text as often as there are rows; InputError unless all are as long."""
-    columns = {}
-    for name in wanted.used(list(raw)):
-        if name in raw:
-            columns[name] = column_of(name, raw[name])
+def _plain_name(name: str) -> str:
+    """Return the name that a person may have meant by "Alpha1", "α1", "a1", "alpha1 [rad]" or "t (ms)"."""
+    name = re.sub(r"\s*[\[(](rad|s)[\])]$", "", name.strip().lower())
+    name = re.sub(r"\s*[\[(](ms|us)[\])]$", r"_\1", name)
+    name = re.sub(r"^(t|time)_s(ec(onds)?)?$", r"\1", name)
+    return re.sub(r"^(α|a(lpha)?)[ _]?(?=[1-4])", "alpha", name)
+
+
+def _equally_long(raw: Mapping[str, Any], used: Sequence[str]) -> dict[str, Any]:
+    """Return the columns that are used, one text as often as there are rows; InputError unless all are as long."""
+    columns = {name: column_of(name, raw[name]) for name in used if name in raw}
     lengths = {len(one) for one in columns.values() if not isinstance(one, str)}
     rows = max(lengths, default=0)
     if len(lengths) > 1:
@@ -283,6 +289,15 @@ def _equally_long(raw: Mapping[str, Any], wanted: Wanted) -> dict[str, Any]:
         if isinstance(values, str):
             columns[name] = [values] * rows
     return columns
+
+
+def _wrong_in_row(
+    k: int, name: str, rule: str, value: object, hint: str = "", got: str = ""
+) -> InputError:
+    """Return the error that a value of a column breaks a rule, in a row counted from 0."""
+    return wrong(
+        f"row {k + 1}: {name}", rule, value, hint, got=got, field=name, row=k + 1
+    )
 
 
 def _in_si(name: str, numbers: FloatArray, values: Any) -> tuple[FloatArray, Digits]:
@@ -310,41 +325,34 @@ def _check_sizes(columns: Mapping[str, Any], wanted: Wanted) -> None:
             limit = f"±π/2 rad (±{HALF_PI!r})"
             if in_degrees(columns[name][k]):
                 hint = f"; in degrees the column is {name}_deg"
-        value = float(columns[name][k])
-        raise wrong(
-            f"row {k + 1}: {name}",
-            f"must be within {limit}",
-            value,
-            hint,
-            field=name,
-            row=k + 1,
+        raise _wrong_in_row(
+            k, name, f"must be within {limit}", float(columns[name][k]), hint
         )
 
 
-def _check_times(t: FloatArray, about: Mapping[str, Any], notes: _Notes) -> None:
-    """Raise InputError unless times increase; note those that are probably in another unit, and a gap."""
+def _notes_on_times(t: FloatArray, about: Mapping[str, Any]) -> list[str]:
+    """Return notes on times that are probably in another unit, and on a gap; InputError unless times increase."""
     steps = np.diff(t)
     if (steps < _SHORTEST_STEP).any():
         k = int(np.argmax(steps < _SHORTEST_STEP)) + 1
-        wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
-        got = float(t[k])
-        raise InputError(
-            f"row {k + 1}: {wanted}, got {got!r}", field="t", row=k + 1, value=got
-        )
+        rule = f"must be at least {_SHORTEST_STEP:g} s after the row before"
+        raise _wrong_in_row(k, "t", rule, float(t[k]))
+    notes: list[str] = []
     if len(t) < 2 or "made_by" in about:  # a command's table has no such times
-        return
+        return notes
     duration, stated = float(t[-1] - t[0]), number_of(about.get("period"))
     if duration > _LIKELY_PERIOD and not stated > _LIKELY_PERIOD:
-        notes.add(
+        notes.append(
             f"row {len(t)} is {duration:.6g} s after row 1, more than a minute: is t in s? A column of ms is "
             "t_ms, one of µs is t_us"
         )
     k, usual = int(np.argmax(steps)), float(np.median(steps))
     if steps[k] > _LIKELY_STEP * usual:
-        notes.add(
+        notes.append(
             f"row {k + 2} is {steps[k]:.6g} s after the row before, {steps[k] / usual:.3g} times the median "
             "step: are rows missing there, or is a time wrong?"
         )
+    return notes
 
 
 def checked_table(table: Table) -> Table:
@@ -396,11 +404,11 @@ def _numbers(name: str, values: Any, *, angle_texts: bool = False) -> FloatArray
         numbers = np.array(_floats(values, angle_texts), dtype=np.float64)
     odd = ~np.isfinite(numbers)
     if odd.any():
-        row = int(np.argmax(odd))
-        value = values[row]
+        k = int(np.argmax(odd))
+        value = values[k]
         if isinstance(values, np.ndarray):
             value = float(value)
-        raise _no_number(name, value, row + 1, angle_texts=angle_texts)
+        raise _no_number(name, value, k, angle_texts=angle_texts)
     return numbers
 
 
@@ -429,33 +437,17 @@ def _number(value: Any, angle_texts: bool) -> float:
         return math.nan
 
 
-def _no_number(name: str, value: object, row: int, *, angle_texts: bool) -> InputError:
+def _no_number(name: str, value: object, k: int, *, angle_texts: bool) -> InputError:
     """Return the error that a value of a column is no finite number."""
-    allowed = "a finite number"
+    rule = "must be a finite number"
     got = hint = ""
     if angle_texts:
-        allowed += ", or a text such as '3pi/8'"
+        rule += ", or a text such as '3pi/8'"
     if value is None:
         got = "no value"
     elif name in ANGLES and str(value).rstrip().endswith(("deg", "°")):
         hint = f"; in degrees the column is {name}_deg"
-    return wrong(
-        f"row {row}: {name}",
-        f"must be {allowed}",
-        value,
-        hint,
-        got=got,
-        field=name,
-        row=row,
-    )
-
-
-def _plain_name(name: str) -> str:
-    """Return the name that a person may have meant by "Alpha1", "α1", "a1", "alpha1 [rad]" or "t (ms)"."""
-    name = re.sub(r"\s*[\[(](rad|s)[\])]$", "", name.strip().lower())
-    name = re.sub(r"\s*[\[(](ms|us)[\])]$", r"_\1", name)
-    name = re.sub(r"^(t|time)_s(ec(onds)?)?$", r"\1", name)
-    return re.sub(r"^(α|a(lpha)?)[ _]?(?=[1-4])", "alpha", name)
+    return _wrong_in_row(k, name, rule, value, hint, got)
 
 
 def _is_plain(text: str) -> bool:
@@ -467,30 +459,28 @@ def _texts(name: str, values: Any) -> tuple[str, ...]:
     """Return the values of a column of colors or of plane types."""
     texts = []
     known = set()
-    for row, value in enumerate(values, start=1):
+    for k, value in enumerate(values):
         text = value.strip() if isinstance(value, str) else shown(value)
         if text not in known:
             known.add(text)
-            _check_text(name, text, value, row)
+            _check_text(name, text, value, k)
         texts.append(text)
     return tuple(texts)
 
 
-def _check_text(name: str, text: str, value: object, row: int) -> None:
+def _check_text(name: str, text: str, value: object, k: int) -> None:
     """Raise InputError unless a text is a color, or plane types."""
-    got = ""
-    if value is None:
-        got = "no value"
-    try:
-        if name == "types":
+    if name == "types":
+        try:
             types_from_text(text)
-        elif text not in COLORS:
-            colors = ", ".join(map(repr, COLORS))
-            raise wrong("color", f"must be one of {colors}", value, got=got)
-    except InputError as error:
-        raise InputError(
-            f"row {row}: {error}", field=name, row=row, value=error.value
-        ) from error
+        except InputError as error:
+            raise InputError(
+                f"row {k + 1}: {error}", field=name, row=k + 1, value=error.value
+            ) from error
+    elif text not in COLORS:
+        got = "no value" if value is None else ""
+        colors = ", ".join(map(repr, COLORS))
+        raise _wrong_in_row(k, name, f"must be one of {colors}", value, got=got)
 
 
 # -- Frames

@@ -28,7 +28,7 @@ from gaitgraph.io.formats import (
     suffix_of_stream,
     write_tables,
 )
-from gaitgraph.io.servo_map import clipped_rows, clipped_table, servo_map_named
+from gaitgraph.io.servo_map import clipped_table, servo_map_named
 from gaitgraph.records import Record
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
 from gaitgraph.timing.timed_gait import (
@@ -138,13 +138,13 @@ def export(
         # Another timing keeps the limits that the table was made for, also where its vehicle allows more.
         made_for = table.limits
     servo_map = None
-    clipped = {}
+    clipped: dict[str, int] = {}
     if servos is not None:
         servo_map = servo_map_named(servos)
         if servo_map.clip:
-            clipped = clipped_rows(table, servo_map)
+            table, clipped = clipped_table(table, servo_map)
         if clipped:
-            table = completed_table(clipped_table(table, servo_map))
+            table = completed_table(table)
     report = judged(
         table, require=require, anyway=anyway or not paths, made_for=made_for
     )

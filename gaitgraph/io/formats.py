@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warnings
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -148,16 +148,15 @@ def tables_and_films(
     return tables, films
 
 
+_NOT_READ = "; this format is not read: use the gait table or the request"
 _HINTS = {
     ".db3": "; ros2 bag convert turns it into .mcap",
     ".m": "; MATLAB and Octave load .mat",
+    ".svg": "; films are .gif, .mp4",
 }
-_NOT_READ = "; this format is not read: use the gait table or the request"
-_HINTS_ON_READING = _HINTS | dict.fromkeys((".yaml", ".h", ".svg"), _NOT_READ)
-_HINTS_ON_READING |= dict.fromkeys(FILMS, _NOT_READ)
+_HINTS_ON_READING = _HINTS | dict.fromkeys((".yaml", ".h", ".svg", *FILMS), _NOT_READ)
 _HINTS_ON_READING[".toml"] = "; a request is planned first"
 _HINTS_ON_WRITING = _HINTS | dict.fromkeys(FILMS, "; films are written by animate")
-_HINTS_ON_WRITING[".svg"] = "; films are .gif, .mp4"
 
 
 def known_format(path: str | Path, what: str) -> Format:
@@ -169,7 +168,7 @@ def known_format(path: str | Path, what: str) -> Format:
     known = list(FORMATS)
     if suffix not in FILMS:
         known += FILMS
-    raise _unknown(file, repr(str(path)), what, known, _HINTS_ON_WRITING)
+    raise _unknown(file, "", what, known, _HINTS_ON_WRITING)
 
 
 def read_format(path: str | Path, what: str, also: Sequence[str] = ()) -> Format:
@@ -180,23 +179,23 @@ def read_format(path: str | Path, what: str, also: Sequence[str] = ()) -> Format
     file = path_of(path, what)
     suffix = file.suffix.lower()
     known = [form.suffix for form in _FORMATS if form.reads]
-    got = repr(str(path))
+    if suffix in known:
+        return FORMATS[suffix]
+    beside = ""
     if suffix not in FORMATS and str(path) != "" and file.is_dir():
         if any(file.glob("*.mcap")):
             return FORMATS[".mcap"]
-        got += ", a folder without a .mcap file"
-    if suffix in known:
-        return FORMATS[suffix]
-    raise _unknown(file, got, what, known + list(also), _HINTS_ON_READING)
+        beside = ", a folder without a .mcap file"
+    raise _unknown(file, beside, what, known + list(also), _HINTS_ON_READING)
 
 
 def _unknown(
-    file: Path, got: str, what: str, known: list[str], hints: dict[str, str]
+    file: Path, beside: str, what: str, known: list[str], hints: dict[str, str]
 ) -> InputError:
     suffix = file.suffix.lower()
     hint = hints.get(suffix) or did_you_mean(suffix, known)
     return InputError(
-        f"{what} must have one of the suffixes {', '.join(known)}, got {got}{hint}",
+        f"{what} must have one of the suffixes {', '.join(known)}, got {str(file)!r}{beside}{hint}",
         value=suffix,
         path=str(file),
     )
@@ -401,18 +400,19 @@ def unchecked_table(
 ) -> Table:
     """Read a gait table whose statement nobody has compared with its rows; errors as :func:`read_table`.
 
-    The options are those of :class:`gaitgraph.io.columns.Wanted`; messages use the `name` instead of the path.
+    `plane_only` and `angles` are as in :class:`gaitgraph.io.columns.Wanted`; messages use the `name` instead of the path.
     """
     read = read_format(path, _WHAT).function("read")
     path = Path(path)
     name = name or path
     with reading(name, _WHAT), naming_file(name):
         path.stat()
-        wanted = Wanted(plane_only=plane_only, angles=angles)
+        servo_map = None
         if joints is not None:
-            wanted = replace(wanted, joints=servo_map_named(joints))
+            servo_map = servo_map_named(joints)
+        wanted = Wanted(plane_only=plane_only, angles=angles)
         source = f"{_WHAT} {str(name)!r}"
-        return table_of_columns(read(path), wanted, source=source)
+        return table_of_columns(read(path), wanted, joints=servo_map, source=source)
 
 
 def object_from_json(text: str) -> dict[str, Any]:

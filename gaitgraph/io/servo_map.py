@@ -58,6 +58,8 @@ _UNITS = {
 _DERIVATIVES = {"_rate": RATES, "_acceleration": ACCELERATIONS}
 _WITH_RATES = ("rad", "deg")
 _THRUST = "_thrust"  # ends the column of the thrust of the rotor that a joint turns
+_GROUPS = {"": ANGLES, **_DERIVATIVES, _THRUST: THRUSTS}
+"""How the columns of joints end, and the columns of a gait table that they are made from."""
 _OF_PULSES = ("us_per_rad", "neutral_us", "limits_us", "integer")
 # What a clipped table still states: not how its rows were made.
 _KEPT = (
@@ -336,13 +338,18 @@ class ServoMap(Record):
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of a table: time, joints, rates and accelerations of joints in rad or deg, thrusts of their rotors."""
-        columns = [self.time]
-        columns += [joint.column for joint in self.joints]
-        with_rates = [joint for joint in self.joints if joint.has_rates]
-        for end in _DERIVATIVES:
-            columns += [joint.column + end for joint in with_rates]
-        columns += [joint.name + _THRUST for joint in self.joints]
-        return tuple(columns)
+        return (self.time, *(column for column, _, _ in self.places))
+
+    @property
+    def places(self) -> list[tuple[str, Joint, str]]:
+        """The columns of joints, each with its joint and how it ends."""
+        places = []
+        for end in _GROUPS:
+            for joint in self.joints:
+                stem = joint.name if end == _THRUST else joint.column
+                if joint.has_rates or end not in _DERIVATIVES:
+                    places.append((stem + end, joint, end))
+        return places
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -586,7 +593,11 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
     map clips, or if the map is for another vehicle.
     """
     check_kind("table", table, Table)
-    _check_angles(table)
+    for name in ANGLES:
+        if name not in table:
+            raise InputError(
+                f"column {name!r} is missing; a servo map needs four angles", field=name
+            )
     vehicle = surface_of(table)[0]
     servo_map = servo_map_named(servo_map)
     servo_map.check_vehicle(vehicle)
@@ -596,14 +607,17 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
         columns[servo_map.time] = (
             np.asarray(table["t"]) * _TIME_UNITS[servo_map.time_unit]
         )
-    for joint in servo_map.joints:
-        columns[joint.column] = _positions(table, joint, servo_map)
-    for end, names in _DERIVATIVES.items():
-        if all(name in table for name in names):
-            columns |= _derivatives(table, end, names, servo_map)
-    if THRUSTS[0] in table:
-        for joint in servo_map.joints:
-            columns[joint.name + _THRUST] = table[THRUSTS[joint.rotor - 1]]
+    for column, joint, end in servo_map.places:
+        names = _GROUPS[end]
+        if not all(name in table for name in names):
+            continue
+        values = table[names[joint.rotor - 1]]
+        if end == "":
+            values = _positions(values, joint, servo_map)
+        elif end in _DERIVATIVES:
+            slope = joint.slope_at(table[ANGLES[joint.rotor - 1]])
+            values = slope * values + 0.0
+        columns[column] = values
     about = table.about | {"servos": servo_map.as_mapping()}
     rounding = table.rounding + max(joint.rounding for joint in servo_map.joints)
     if rounding:
@@ -614,17 +628,9 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
     return mapped.with_motion(table.motion)
 
 
-def _check_angles(table: Table) -> None:
-    for name in ANGLES:
-        if name not in table:
-            raise InputError(
-                f"column {name!r} is missing; a servo map needs four angles", field=name
-            )
-
-
-def _positions(table: Table, joint: Joint, servo_map: ServoMap) -> FloatArray:
+def _positions(tilts: FloatArray, joint: Joint, servo_map: ServoMap) -> FloatArray:
     """Return the column of a joint, clipped and rounded as the map says; InputError beyond its limits."""
-    values = _values(table, joint)
+    values = joint.value_of(tilts)
     if servo_map.clip:
         values = np.clip(values, *joint.bounds)
     else:
@@ -636,62 +642,49 @@ def _positions(table: Table, joint: Joint, servo_map: ServoMap) -> FloatArray:
     return np.asarray(values + 0.0)
 
 
-def _derivatives(
-    table: Table, end: str, names: tuple[str, ...], servo_map: ServoMap
-) -> dict[str, FloatArray]:
-    """Return the columns of rates, or of accelerations, of the joints that have them."""
-    columns = {}
-    for joint in servo_map.joints:
-        if joint.has_rates:
-            slope = joint.slope_at(table[ANGLES[joint.rotor - 1]])
-            columns[joint.column + end] = slope * table[names[joint.rotor - 1]] + 0.0
-    return columns
+def clipped_table(table: Table, servo_map: ServoMap) -> tuple[Table, dict[str, int]]:
+    """Return a gait table with all tilts within the joints' limits, and the number of rows beyond those of each joint.
 
-
-def clipped_table(table: Table, servo_map: ServoMap) -> Table:
-    """Return the rows of a gait table with all tilts within the joints' limits: another motion, which no law states."""
+    If there are such rows it is another motion, which no law states; joints without them are not counted.
+    """
     columns: dict[str, Any] = {name: table[name] for name in ("t",) if name in table}
+    counts = {}
     for joint in servo_map.linked_to(surface_of(table)[0]).joints:
         name = ANGLES[joint.rotor - 1]
-        tilts, values = table[name].copy(), _values(table, joint)
+        tilts = table[name].copy()
+        values = joint.value_of(tilts)
         beyond = joint.is_beyond(values)
+        if beyond.any():
+            counts[joint.name] = int(beyond.sum())
         tilts[beyond] = joint.tilt_of(np.clip(values[beyond], *joint.bounds))
         columns[name] = tilts
+    if not counts:
+        return table, counts
     about = {name: table.about[name] for name in _KEPT if name in table.about}
-    return Table(columns=columns, about=about)
-
-
-def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:
-    """Return how many rows of a gait table lie beyond each joint's limits; joints within theirs are left out."""
-    joints = servo_map.linked_to(surface_of(table)[0]).joints
-    counts = {}
-    for joint in joints:
-        count = int(joint.is_beyond(_values(table, joint)).sum())
-        if count:
-            counts[joint.name] = count
-    return counts
-
-
-def _values(table: Table, joint: Joint) -> FloatArray:
-    return np.asarray(
-        joint.value_of(np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float))
-    )
+    return Table(columns=columns, about=about), counts
 
 
 def _check_limits(
     servo_map: ServoMap, joint: Joint, values: FloatArray, remedy: str = ""
 ) -> None:
     """Raise InputError for the first value beyond a joint's limits, if there is one."""
-    for k in np.flatnonzero(joint.is_beyond(values))[:1].tolist():
-        (low, high), unit = joint.bounds, _UNITS[joint.unit][1]
-        wanted = f"joint {joint.name!r} must be between {low:.6g} and {high:.6g}{unit}{remedy}"
-        got = f"{values[k]:.6g}{unit} (rotor {joint.rotor} at {np.degrees(joint.tilt_of(values[k])):.4g}°)"
-        raise InputError(
-            f"servos {servo_map.name!r}: row {k + 1}: {wanted}, got {got}",
-            field=joint.column,
-            row=k + 1,
-            value=float(values[k]),
-        )
+    beyond = joint.is_beyond(values)
+    if not beyond.any():
+        return
+    k = int(np.argmax(beyond))
+    low, high = joint.bounds
+    unit = _UNITS[joint.unit][1]
+    degrees = np.degrees(joint.tilt_of(values[k]))
+    wanted = (
+        f"joint {joint.name!r} must be between {low:.6g} and {high:.6g}{unit}{remedy}"
+    )
+    got = f"{values[k]:.6g}{unit} (rotor {joint.rotor} at {degrees:.4g}°)"
+    raise InputError(
+        f"servos {servo_map.name!r}: row {k + 1}: {wanted}, got {got}",
+        field=joint.column,
+        row=k + 1,
+        value=float(values[k]),
+    )
 
 
 def tilts_from_joints(
@@ -712,29 +705,32 @@ def tilts_from_joints(
     for name, values in columns.items():
         check_unmasked(values, name)
     found: dict[str, FloatArray] = {}
-    by_rotor = sorted(servo_map.joints, key=lambda joint: joint.rotor)
     if servo_map.time in columns:
-        found["t"] = (
-            np.asarray(columns[servo_map.time], dtype=float)
-            / _TIME_UNITS[servo_map.time_unit]
-        )
-    for name, joint in zip(ANGLES, by_rotor, strict=True):
-        values = np.asarray(columns[joint.column], dtype=float)
-        _check_limits(servo_map, joint, values)
-        tilt = joint.tilt_of(values) + 0.0
-        # π/2 in another unit may come back a digit beyond it.
-        beyond = np.abs(tilt) - HALF_PI
-        near = (beyond > 0) & (beyond < 1e-12 + joint.rounding)
-        found[name] = np.where(near, np.copysign(HALF_PI, tilt), tilt)
-    for end, names in _DERIVATIVES.items():
-        if all(joint.has_rates and joint.column + end in columns for joint in by_rotor):
-            for name, angle, joint in zip(names, ANGLES, by_rotor, strict=True):
-                values = np.asarray(columns[joint.column + end], dtype=float)
-                found[name] = values / joint.slope_at(found[angle]) + 0.0
-    for name, joint in zip(THRUSTS, by_rotor, strict=True):
-        if joint.name + _THRUST in columns:
-            found[name] = np.asarray(columns[joint.name + _THRUST], dtype=float)
-    return found
+        times = np.asarray(columns[servo_map.time], dtype=float)
+        found["t"] = times / _TIME_UNITS[servo_map.time_unit]
+    for column, joint, end in servo_map.places:
+        if column not in columns:
+            continue
+        values = np.asarray(columns[column], dtype=float)
+        if end == "":
+            _check_limits(servo_map, joint, values)
+            values = _near_ends(joint.tilt_of(values) + 0.0, joint.rounding)
+        elif end in _DERIVATIVES:
+            values = values / joint.slope_at(found[ANGLES[joint.rotor - 1]]) + 0.0
+        found[_GROUPS[end][joint.rotor - 1]] = values
+    for names in _DERIVATIVES.values():
+        if not all(name in found for name in names):
+            for name in names:
+                found.pop(name, None)
+    order = ("t", *ANGLES, *RATES, *ACCELERATIONS, *THRUSTS)
+    return {name: found[name] for name in order if name in found}
+
+
+def _near_ends(tilts: FloatArray, rounding: float) -> FloatArray:
+    """Return tilts with ±π/2 for what is beyond it by rounding: in another unit it may come back a digit beyond."""
+    beyond = np.abs(tilts) - HALF_PI
+    near = (beyond > 0) & (beyond < 1e-12 + rounding)
+    return np.asarray(np.where(near, np.copysign(HALF_PI, tilts), tilts))
 
 
 def digits_from_joints(
@@ -745,16 +741,13 @@ def digits_from_joints(
     if servo_map.time in columns:
         unit = 1.0 / _TIME_UNITS[servo_map.time_unit]
         found["t"] = digits_of(columns[servo_map.time], unit)
-    for joint in servo_map.joints:
-        tilts = joint.tilt_of(columns[joint.column])
-        unit = 1.0 / float(np.abs(joint.slope_at(tilts)).min())
-        groups = {"": ANGLES} | _DERIVATIVES
-        for end, names in groups.items():
-            if joint.column + end in columns:
-                decimals = digits_of(columns[joint.column + end]).decimals
-                digits = Digits(decimals, 99, unit, steps=True)
-                found[names[joint.rotor - 1]] = digits
-        if joint.name + _THRUST in columns:
-            thrusts = columns[joint.name + _THRUST]
-            found[THRUSTS[joint.rotor - 1]] = digits_of(thrusts)
+    for column, joint, end in servo_map.places:
+        if column not in columns:
+            continue
+        digits = digits_of(columns[column])
+        if end != _THRUST:
+            slopes = np.abs(joint.slope_at(joint.tilt_of(columns[joint.column])))
+            unit = 1.0 / float(slopes.min())
+            digits = Digits(digits.decimals, 99, unit, steps=True)
+        found[_GROUPS[end][joint.rotor - 1]] = digits
     return found
