@@ -10,7 +10,8 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise, permutations, product
+from functools import cache
+from itertools import chain, combinations, pairwise, permutations, product
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -61,54 +62,28 @@ def check_weight(weight: object) -> None:
         )
 
 
-def cost_function(
-    graph: nx.Graph[Any], weight: Weight | None
-) -> Callable[[Any, Any, Mapping[str, Any]], float | None]:
-    """Return the cost of an edge as a function of its nodes and attributes; a cost of None hides the edge.
+def cost_of_edge(
+    first: Any, second: Any, edge: Mapping[str, Any], weight: Weight | None
+) -> float | None:
+    """Return the cost of an edge, by default its length; None hides it.
 
-    The length by default. As in networkx an edge without a named attribute costs 1; InputError if no edge has it, if a
-    cost is neither a number ≥ 0 nor None, or if it depends on the direction.
+    As in networkx an edge without a named attribute costs 1. InputError if the cost is neither a number ≥ 0 nor None, or
+    if it depends on the direction.
     """
-    import networkx as nx
-
-    check_weight(weight)
     if weight is None:
-        return lambda first, second, edge: float(edge["length"])
-    if isinstance(weight, str):
-        name = weight
-        if graph.size() and not nx.get_edge_attributes(graph, name):
-            raise wrong(
-                "weight",
-                "must be the name of an edge attribute",
-                name,
-                ", which no edge has",
-            )
-        return lambda first, second, edge: _checked_cost(
-            edge.get(name, 1), first, second
-        )
-    own = weight
-
-    def cost(first: Any, second: Any, edge: Mapping[str, Any]) -> float | None:
-        there = _checked_cost(own(first, second, edge), first, second)
-        back = _checked_cost(own(second, first, edge), second, first)
-        if there != back:
-            raise wrong(
-                "weight",
-                "must be the same in both directions",
-                there,
-                f" and {shown(back)} between {first} and {second}",
-            )
-        return there
-
-    return cost
-
-
-def _checked_cost(value: Any, first: Any, second: Any) -> float | None:
-    """Return the cost of the edge from one node to another; None hides it."""
-    if value is None:
-        return None
-    allowed = f"a finite number ≥ 0, or None, on the edge from {first} to {second}"
-    return checked_number("weight", value, allowed)
+        return float(edge["length"])
+    costs = []
+    for a, b in ((first, second), (second, first)):
+        cost = edge.get(weight, 1) if isinstance(weight, str) else weight(a, b, edge)
+        if cost is not None:
+            allowed = f"a finite number ≥ 0, or None, on the edge from {a} to {b}"
+            cost = checked_number("weight", cost, allowed)
+        costs.append(cost)
+    there, back = costs
+    if there != back:
+        more = f" and {shown(back)} between {first} and {second}"
+        raise wrong("weight", "must be the same in both directions", there, more)
+    return there
 
 
 def usable_graph(
@@ -116,35 +91,38 @@ def usable_graph(
 ) -> nx.Graph[Any]:
     """Return the allowed edges of a graph, with their `length` and `cost` in quanta, and `least_singular_value`.
 
-    The cost is the length unless there is a weight. Nodes are in the order of the graph. Edges are in the order of their
-    two nodes, and `rank` counts them from 0.
+    The cost is the length unless there is a weight; InputError if no edge has a named one. Nodes are in the order of the
+    graph. Edges are in the order of their two nodes, and `rank` counts them from 0.
     """
     import networkx as nx
 
+    check_weight(weight)
+    if isinstance(weight, str) and graph.size():
+        named = nx.get_edge_attributes(graph, weight)
+        if not named:
+            rule = "must be the name of an edge attribute"
+            raise wrong("weight", rule, weight, ", which no edge has")
     number = {name: k for k, name in enumerate(graph)}
-    names = list(graph)
-    cost_of = cost_function(graph, weight)
-    pairs = []
-    for first, second, edge in graph.edges(data=True):
-        if first != second and allowed(edge):
-            pairs.append(sorted([number[first], number[second]]))
+    pairs = [
+        sorted(pair, key=number.__getitem__)
+        for pair in graph.edges
+        if pair[0] != pair[1] and allowed(graph.edges[pair])
+    ]
+    pairs.sort(key=lambda pair: [number[name] for name in pair])
     usable: nx.Graph[Any] = nx.Graph()
     usable.add_nodes_from(graph)
-    for rank, (a, b) in enumerate(sorted(pairs)):
-        first = names[a]
-        second = names[b]
+    for rank, (first, second) in enumerate(pairs):
         edge = graph.edges[first, second]
-        cost = cost_of(first, second, edge)
-        if cost is None:
-            continue
-        usable.add_edge(
-            first,
-            second,
-            rank=rank,
-            length=quanta_of(edge["length"]),
-            cost=quanta_of(cost),
-            least_singular_value=edge["least_singular_value"],
-        )
+        cost = cost_of_edge(first, second, edge, weight)
+        if cost is not None:
+            usable.add_edge(
+                first,
+                second,
+                rank=rank,
+                length=quanta_of(edge["length"]),
+                cost=quanta_of(cost),
+                least_singular_value=edge["least_singular_value"],
+            )
     return usable
 
 
@@ -202,30 +180,30 @@ def closed_walk(
     """
     import networkx as nx
 
-    _check_stops(graph, stops)
+    if not len(stops) or not all(map(len, stops)):
+        raise wrong("stops", "must have at least one node each", stops)
+    for node in chain.from_iterable(stops):
+        if node not in graph:
+            raise wrong("stops", "must be nodes of the graph", node)
     usable = usable_graph(graph, allowed_edges(require), weight)
     if objective == "robust":
-        least = _best_worst_case(usable, stops)
-        values = nx.get_edge_attributes(usable, "least_singular_value")
-        usable.remove_edges_from(
-            pair for pair, value in values.items() if value < least
-        )
+        usable = _most_robust(usable, stops)
     paths = _Paths(graph, usable)
 
     # For each node of the first stop: the cheapest choice of a node for every other stop, leg by leg.
-    nowhere: tuple[float, list[Any]] = (math.inf, [])
-    best = nowhere
+    best: tuple[float, list[Any]] = (math.inf, [])
     for first in stops[0]:
-        reached: dict[Any, tuple[float, list[Any]]] = {first: (0, [first])}
+        reached: list[tuple[float, list[Any]]] = [(0, [first])]
         for options in [*stops[1:], [first]]:
-            following: dict[Any, tuple[float, list[Any]]] = {}
-            for option, node in product(options, reached):
-                so_far, chosen = reached[node]
-                total = so_far + paths.cost(node, option)
-                if total < following.get(option, nowhere)[0]:
-                    following[option] = (total, [*chosen, option])
+            following = []
+            for option in options:
+                ways = [
+                    (cost + paths.cost(chosen[-1], option), [*chosen, option])
+                    for cost, chosen in reached
+                ]
+                following.append(min(ways, key=itemgetter(0)))
             reached = following
-        best = min(best, reached.get(first, nowhere), key=itemgetter(0))
+        best = min(best, *reached, key=itemgetter(0))
     cost, chosen = best
     if not chosen:
         return Blocked(leg=_blocked_leg(stops, paths))
@@ -240,42 +218,34 @@ def closed_walk(
     )
 
 
-def _check_stops(graph: nx.Graph[Any], stops: Sequence[Sequence[Any]]) -> None:
-    """Raise InputError unless there are stops, each with nodes of the graph."""
-    if not len(stops) or not all(map(len, stops)):
-        raise wrong("stops", "must have at least one node each", stops)
-    for stop in stops:
-        for node in stop:
-            if node not in graph:
-                raise wrong("stops", "must be nodes of the graph", node)
-
-
 def _blocked_leg(stops: Sequence[Sequence[Any]], paths: _Paths) -> int:
     """Return the first leg that no path serves; the last one if each has a path, but not from the same nodes."""
-    for leg, ends in enumerate(pairwise(stops)):
-        starts, targets = ends
-        costs = [paths.cost(a, b) for a, b in product(starts, targets)]
-        if math.isinf(min(costs)):
+    for leg, (starts, targets) in enumerate(pairwise(stops)):
+        if all(math.isinf(paths.cost(a, b)) for a, b in product(starts, targets)):
             return leg
     return len(stops) - 1
 
 
-def _best_worst_case(usable: nx.Graph[Any], stops: Sequence[Sequence[Any]]) -> float:
-    """Return the highest least singular value such that the edges which have it join a node of every stop, else 0."""
+def _most_robust(
+    usable: nx.Graph[Any], stops: Sequence[Sequence[Any]]
+) -> nx.Graph[Any]:
+    """Return the edges that have the highest least singular value with which they still join a node of every stop."""
     import networkx as nx
 
     values = nx.get_edge_attributes(usable, "least_singular_value")
 
+    def edges_above(least: float) -> nx.Graph[Any]:
+        kept = usable.copy()
+        kept.remove_edges_from(pair for pair in values if values[pair] < least)
+        return kept
+
     def is_blocked(least: float) -> bool:
-        kept: nx.Graph[Any] = nx.Graph()
-        kept.add_nodes_from(usable)
-        kept.add_edges_from(pair for pair, value in values.items() if value >= least)
-        parts = nx.connected_components(kept)
+        parts = nx.connected_components(edges_above(least))
         return not any(all(map(part.intersection, stops)) for part in parts)
 
-    levels: list[float] = sorted({0.0, math.inf} | set(values.values()))
+    levels: list[float] = sorted({0.0, *values.values()})
     first_blocked = bisect_left(levels, True, key=is_blocked)
-    return levels[max(first_blocked - 1, 0)]
+    return edges_above(levels[max(first_blocked - 1, 0)])
 
 
 class _Paths:
@@ -284,17 +254,15 @@ class _Paths:
     def __init__(self, graph: nx.Graph[Any], usable: nx.Graph[Any]) -> None:
         self._usable = usable
         self._nodes = graph.nodes
-        self._found: dict[Any, tuple[dict[Any, list[Any]], dict[Any, float]]] = {}
+        self._from = cache(self._cheapest_from)
 
-    def _from(self, source: Any) -> tuple[dict[Any, list[Any]], dict[Any, float]]:
+    def _cheapest_from(
+        self, source: Any
+    ) -> tuple[dict[Any, list[Any]], dict[Any, float]]:
         """Return the nodes before each node on the cheapest paths from a source, and the costs [quanta]."""
         import networkx as nx
 
-        if source not in self._found:
-            self._found[source] = nx.dijkstra_predecessor_and_distance(
-                self._usable, source, weight="cost"
-            )
-        return self._found[source]
+        return nx.dijkstra_predecessor_and_distance(self._usable, source, weight="cost")
 
     def cost(self, source: Any, target: Any) -> float:
         """Return the cost of the cheapest path [quanta], infinite if there is none."""
@@ -323,18 +291,12 @@ class _Paths:
         last = min(steps.in_edges(target), key=costs.__getitem__)
         return [source] + [node for _, node in ways[last]]
 
-    def _place(self, node: Any) -> complex:
-        data = self._nodes[node]
-        return complex(data["alpha1"], data["alpha2"])
-
     def _cost_of_a_step(
         self, step: tuple[Any, Any], following: tuple[Any, Any], _: Any
     ) -> int:
         """Return 1 for a step straight on, and far more for one that turns; a step in place counts as a turn."""
-        first, middle = step
-        a = self._place(first)
-        b = self._place(middle)
-        c = self._place(following[1])
+        places = [self._nodes[name] for name in (*step, following[1])]
+        a, b, c = [complex(place["alpha1"], place["alpha2"]) for place in places]
         turn = (b - a).conjugate() * (c - b)
         is_straight = abs(turn.imag) <= SAME_ANGLE * turn.real and turn.real > 0
         return 1 if is_straight else _TURN

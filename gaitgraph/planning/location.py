@@ -112,7 +112,7 @@ class Location(Pictured):
     def regions(self) -> tuple[RegionLocation, ...]:
         """Where the waypoints lie in the region of each branch of the request."""
         branches = Search(self.request).branches(self.request.require)
-        return tuple(map(RegionLocation, branches))
+        return tuple(map(_located_in, branches))
 
     def __bool__(self) -> bool:
         return any(location.joined for location in self.regions)
@@ -134,85 +134,32 @@ class Location(Pictured):
         return "\n".join(map(str, self.regions))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RegionLocation:
-    """The region of one color and sign of R, where the waypoints of a request lie in it, and why it is empty if it is."""
+    """The region of one color and sign of R, and where the waypoints of a request lie in it.
 
-    branch: Branch
+    `why_empty` says why the region is empty, "" if it is not. For each waypoint `parts` has the number of its part of the
+    region, from 1, or None if it is in none, and `reasons` why it is in none. `moved` has the nearest places where a loop
+    can join them all; it is empty if the region is. `joined` is whether one part, or parts that touch, hold all waypoints.
+    """
 
-    @property
-    def color(self) -> Color:
-        """The sheet."""
-        return self.branch.color
-
-    @property
-    def sign(self) -> Sign:
-        """The sign of R."""
-        return self.branch.sign
-
-    @property
-    def waypoints(self) -> tuple[Point, ...]:
-        """The waypoints of the request [rad]."""
-        return self.branch.request.waypoints
-
-    @cached_property
-    def region(self) -> Region:
-        """The region that allows what the request requires."""
-        return prepared_region(self.branch).region
+    color: Color
+    sign: Sign
+    region: Region
+    why_empty: str
+    waypoints: tuple[Point, ...]
+    parts: tuple[int | None, ...]
+    reasons: tuple[str | None, ...]
+    moved: tuple[Point, ...]
+    joined: bool
 
     @property
-    def why_empty(self) -> str:
-        """Why the region is empty, "" if it is not."""
-        if self.region.components:
-            return ""
-        branch, request = self.branch, self.branch.request
-        return why_empty(
-            self.region,
-            request.floor,
-            request.vehicle,
-            branch.servo_margin,
-            branch.sign,
-        )
-
-    @cached_property
-    def parts(self) -> tuple[int | None, ...]:
-        """For each waypoint the number of its part of the region, from 1, None if it is in none."""
-        numbers: list[int | None] = []
-        for point in self.waypoints:
-            index = self.region.component_of(point)
-            numbers.append(None if index is None else index + 1)
-        return tuple(numbers)
-
-    @cached_property
-    def reasons(self) -> tuple[str | None, ...]:
-        """For each waypoint why it is in no part, None if it is in one."""
-        return tuple(map(self.region.why_not, self.waypoints))
-
-    @cached_property
-    def moved(self) -> tuple[Point, ...]:
-        """For each waypoint the nearest place where a loop can join it to the others; empty if the region is."""
-        if not self.waypoints:
-            return ()
-        return self.region.nearest_joined(self.waypoints)
-
-    @cached_property
     def nearest(self) -> tuple[Point | None, ...]:
-        """The same, None for a waypoint that is there; None for all if the region is empty."""
-        places: list[Point | None] = []
-        for point, place in zip(
-            self.waypoints, self.moved or self.waypoints, strict=True
-        ):
-            places.append(None if place == point else place)
-        return tuple(places)
-
-    @property
-    def joined(self) -> bool:
-        """Whether there is one part of the region, or parts that touch, with all waypoints."""
-        if not self.region.components:
-            return False
-        return all(
-            self.region.joined(self.waypoints[0], point) for point in self.waypoints
-        )
+        """For each waypoint its place of `moved`; None if it is there, or if the region is empty."""
+        if not self.moved:
+            return (None,) * len(self.waypoints)
+        pairs = zip(self.waypoints, self.moved, strict=True)
+        return tuple(None if place == point else place for point, place in pairs)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -220,19 +167,17 @@ class RegionLocation:
         for part in self.region.components:
             inside = list(part.representative_point().coords[0])
             parts.append({"area": part.area, "inside": inside})
-        waypoints = []
-        for point, number, reason, nearest in zip(
-            self.waypoints, self.parts, self.reasons, self.nearest, strict=True
-        ):
-            place = None if nearest is None else list(nearest)
-            waypoint = {"waypoint": list(point), "part": number}
-            waypoints.append({**waypoint, "reason": reason, "nearest": place})
+        names = ("waypoint", "part", "reason", "nearest")
+        columns = (self.waypoints, self.parts, self.reasons, self.nearest)
         return {
             "color": self.color,
             "sign": self.sign,
             "area": self.region.area,
             "parts": parts,
-            "waypoints": waypoints,
+            "waypoints": [
+                dict(zip(names, values, strict=True))
+                for values in zip(*columns, strict=True)
+            ],
             "joined": self.joined,
         }
 
@@ -245,23 +190,19 @@ class RegionLocation:
             size = f"{len(components)} part{plural} of {areas} rad²"
         lines = [f"{self.color}, {RELATION[self.sign]}: {size}"]
         if not self.waypoints:
-            lines += self._part_lines()
-        for k in range(len(self.waypoints)):
-            lines.append(as_item(self._waypoint_in_words(k)))
-        if len(self.waypoints) > 1 and self.joined:
-            lines.append("  a loop can join them all")
-        elif len(self.waypoints) > 1:
-            lines.append("  no loop can join them")
-        return "\n".join(lines)
-
-    def _part_lines(self) -> list[str]:
-        lines = []
-        for number, part in enumerate(self.region.components, start=1):
-            a1, a2 = part.representative_point().coords[0]
-            lines.append(
-                f"  part {number}: {part.area:.4g} rad², around ({a1:.4f}, {a2:.4f})"
+            for number, part in enumerate(components, start=1):
+                a1, a2 = part.representative_point().coords[0]
+                lines.append(
+                    f"  part {number}: {part.area:.4g} rad², around ({a1:.4f}, {a2:.4f})"
+                )
+        numbers = range(len(self.waypoints))
+        lines += [as_item(self._waypoint_in_words(k)) for k in numbers]
+        if len(self.waypoints) > 1:
+            verdict = (
+                "a loop can join them all" if self.joined else "no loop can join them"
             )
-        return lines
+            lines.append(f"  {verdict}")
+        return "\n".join(lines)
 
     def _waypoint_in_words(self, k: int) -> str:
         text = f"in part {self.parts[k]}"
@@ -274,6 +215,32 @@ class RegionLocation:
             text += f"; the nearest {joining} is {self.region.as_text(nearest)}"
         alpha1, alpha2 = self.waypoints[k]
         return f"waypoint {k + 1} ({alpha1:.4f}, {alpha2:.4f}): {text}"
+
+
+def _located_in(branch: Branch) -> RegionLocation:
+    """Return where the waypoints of a request lie in the region of a branch."""
+    request = branch.request
+    waypoints = request.waypoints
+    region = prepared_region(branch).region
+    is_empty = not region.components
+    reason = ""
+    if is_empty:
+        reason = why_empty(
+            region, request.floor, request.vehicle, branch.servo_margin, branch.sign
+        )
+    indices = [region.component_of(point) for point in waypoints]
+    return RegionLocation(
+        color=branch.color,
+        sign=branch.sign,
+        region=region,
+        why_empty=reason,
+        waypoints=waypoints,
+        parts=tuple(None if index is None else index + 1 for index in indices),
+        reasons=tuple(map(region.why_not, waypoints)),
+        moved=region.nearest_joined(waypoints) if waypoints else (),
+        joined=not is_empty
+        and all(region.joined(waypoints[0], point) for point in waypoints),
+    )
 
 
 def as_item(text: object) -> str:
@@ -291,31 +258,24 @@ def with_nearest(refusal: Refusal, request: PlanRequest) -> Refusal:
         sign=refusal.sign,
         require=request.require,
     )
-    location = RegionLocation(branch)
+    location = _located_in(branch)
+    moved = location.moved
     if refusal.kind != "waypoint":
-        return replace(refusal, moved=location.moved)
-    if not location.moved:
+        return replace(refusal, moved=moved)
+    if not moved:
         message = f"{refusal.message}; {location.why_empty}"
         return replace(refusal, message=message)
     number = refusal.waypoints[0] - 1
-    return replace(
-        refusal,
-        message=f"{refusal.message}; {_nearest_in_words(location, number)}",
-        nearest=location.moved[number],
-        moved=location.moved,
-    )
-
-
-def _nearest_in_words(location: RegionLocation, number: int) -> str:
-    """Return where the nearest admissible points are: of one waypoint, or of all that must move."""
-    region, moved = location.region, location.moved
     elsewhere = [k for k, place in enumerate(location.nearest) if place is not None]
     if len(elsewhere) < 2:
-        return f"the nearest admissible point is {region.as_text(moved[number])}"
-    listed = []
-    for k in elsewhere[:_MOST_NEAREST]:
-        place = region.as_text(moved[k])
-        listed.append(f"{place} for waypoint {k + 1}")
-    if len(elsewhere) > _MOST_NEAREST:
-        listed.append(f"and {len(elsewhere) - _MOST_NEAREST} more")
-    return f"the nearest admissible points are {', '.join(listed)}"
+        where = f"point is {location.region.as_text(moved[number])}"
+    else:
+        listed = [
+            f"{location.region.as_text(moved[k])} for waypoint {k + 1}"
+            for k in elsewhere[:_MOST_NEAREST]
+        ]
+        if len(elsewhere) > _MOST_NEAREST:
+            listed.append(f"and {len(elsewhere) - _MOST_NEAREST} more")
+        where = f"points are {', '.join(listed)}"
+    message = f"{refusal.message}; the nearest admissible {where}"
+    return replace(refusal, message=message, nearest=moved[number], moved=moved)

@@ -243,31 +243,23 @@ class Replanner:
         paces = np.abs(moves[moving]) / self._most_rates / lengths[moving, None]
         slowest = paces.max(initial=0.0) * (1 + _ROUNDING)
         entered = len(approach) - 1
+        on_red = path[:, [0, 1, 0, 1]]
+        least = least_singular_value_along(
+            on_red[:-1], on_red[1:], self.vehicle, tolerance=1e-3
+        )
         return Replan(
             vehicle=self.vehicle,
             approach=approach,
             loop=loop,
-            least_singular_value=self._least_singular_value(path),
+            # The region keeps the floor itself.
+            least_singular_value=max(float(least.lower.min()) - ROUND_OFF, self.floor),
             duration=float(lengths[:entered].sum() * slowest),
             period=float(lengths[entered:].sum() * slowest),
         )
 
-    def _least_singular_value(self, path: FloatArray) -> float:
-        """Return a lower bound of the least singular value along a path."""
-        on_red = path[:, [0, 1, 0, 1]]
-        found = least_singular_value_along(
-            on_red[:-1], on_red[1:], self.vehicle, tolerance=1e-3
-        )
-        # The region keeps the floor itself.
-        return max(float(found.lower.min()) - ROUND_OFF, self.floor)
-
     def _refused(self, reason: str) -> Replan:
-        return Replan(
-            vehicle=self.vehicle,
-            reason=reason,
-            approach=np.empty((0, 2)),
-            loop=np.empty((0, 2)),
-        )
+        none = np.empty((0, 2))
+        return Replan(vehicle=self.vehicle, reason=reason, approach=none, loop=none)
 
     def _why_not(self, point: Point, region: Region) -> str:
         """Return why a point is not admissible, and the nearest one that is, in the region with new keep-outs."""

@@ -201,16 +201,15 @@ def _check_curved(request: PlanRequest) -> None:
     """Raise InputError for a choice that needs planes, if the vehicle is not symmetric and its sheet is curved."""
     if request.vehicle.asymmetry is None:
         return
-    on_grid = "; the method grid takes others"
-    choices: list[tuple[str, Any, str]] = [("require", "flyable", "")]
+    only: dict[str, Any] = {"require": "flyable"}
     if request.method == "exact":
-        choices.append(("objective", "shortest", on_grid))
-        choices.append(("servo_margin", 0.0, on_grid))
-    for name, only, hint in choices:
-        value = getattr(request, name)
-        if value != only:
-            rule = f"must be {only!r} for a vehicle that is not symmetric"
-            raise wrong(name, rule, value, hint)
+        only |= {"objective": "shortest", "servo_margin": 0.0}
+    for name, value in only.items():
+        asked = getattr(request, name)
+        if asked != value:
+            rule = f"must be {value!r} for a vehicle that is not symmetric"
+            hint = "" if name == "require" else "; the method grid takes others"
+            raise wrong(name, rule, asked, hint)
 
 
 def plan_request(
@@ -284,11 +283,7 @@ def read_request(
     """
     content = stated_request(path)
     vehicle = content.get("vehicle")
-    if (
-        isinstance(vehicle, str)
-        and vehicle.lower().endswith(".toml")
-        and "vehicle" not in overrides
-    ):
+    if isinstance(vehicle, str) and vehicle.lower().endswith(".toml"):
         content["vehicle"] = str(Path(path).parent / vehicle)
     if any(name in overrides for name in _SAMPLING):
         for name in _SAMPLING:  # one of them is stated at most
@@ -305,24 +300,28 @@ def read_request(
 def stated_request(path: str | Path) -> dict[str, Any]:
     """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
     path, what = Path(path), _kind_of_file(path)
-    if path.suffix.lower() != ".toml":
+    is_toml = path.suffix.lower() == ".toml"
+    if not is_toml:
         read_format(path, "request file", also=(".toml",))
     with naming_file(path, what):
-        if path.suffix.lower() == ".toml":
+        if is_toml:
             return table_from_toml(text_of(path, what))
         if what == "gait file":
-            content: dict[str, Any] = {"about": unchecked_table(path).about}
+            about: Any = unchecked_table(path).about
         else:
             content = object_from_json(text_of(path, what))
+            about = content.get("about")
             if "status" in content and isinstance(content.get("request"), dict):
-                return _of_gait_file(content["request"])  # a saved plan
-            if not isinstance(content.get("columns"), dict):
+                about = content  # a saved plan
+            elif not isinstance(content.get("columns"), dict):
                 return content
-        about = content.get("about")
         if not isinstance(about, dict):
             about = {}
-        if isinstance(about.get("request"), dict):
-            return _of_gait_file(about["request"])
+        request = about.get("request")
+        if isinstance(request, dict):
+            if "vehicle" in request:
+                vehicle_in_gait_file(request["vehicle"])  # it is no other file
+            return dict(request)
         maker = about.get("made_by")
         why = ""
         if isinstance(maker, str):
@@ -330,13 +329,6 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         raise InputError(
             f"the file must hold a request, as gait files of plan do, got none{why}"
         )
-
-
-def _of_gait_file(request: dict[str, Any]) -> dict[str, Any]:
-    """Return the request that a gait file or a saved plan states; InputError if its vehicle is another file."""
-    if "vehicle" in request:
-        vehicle_in_gait_file(request["vehicle"])
-    return dict(request)
 
 
 def _kind_of_file(path: str | Path) -> str:

@@ -10,7 +10,7 @@ Points are complex numbers x + iy here, and coordinates of the order of 1, as an
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any
 
@@ -31,8 +31,7 @@ View = tuple[tuple[int, float], ...]  # corners that can be seen, with distances
 _ROUNDING = 1e-11  # rounding may put lines along a border so far outside
 # Views from points that are not corners, a kilobyte each: more waypoints than this are ordered a tenth slower.
 _KEPT = 256
-_START = -1
-_END = -2
+_END = -1
 
 
 class ShortestPaths:
@@ -62,7 +61,7 @@ class ShortestPaths:
         self._corners, self._before, self._after = _reflex_corners(region)
         longest_side = np.maximum(np.abs(self._before), np.abs(self._after))
         self._noise = SAME_ANGLE * longest_side
-        self._views: dict[int, View] = {}
+        self._view = cache(self._corners_seen_from)
         self._view_from = lru_cache(maxsize=_KEPT)(self._seen_from)
 
     def __reduce__(self) -> tuple[type[ShortestPaths], tuple[Any]]:
@@ -107,39 +106,37 @@ class ShortestPaths:
             return []
         last = dict(self._view_from(end))
         ahead = np.abs(self._corners - end).tolist()
-        came_from: dict[int, int] = {}
-        # By the least length of a path through a corner: the corner, the length to it, and the corner before it.
+        reached = set()
+        # By the least length of a path through a corner: the corner, the length to it, and all corners up to it.
         waiting = [
-            (length + ahead[corner], corner, length, _START)
+            (length + ahead[corner], corner, length, [corner])
             for corner, length in self._view_from(start)
         ]
         heapify(waiting)
         while waiting:
-            _, corner, length, before = heappop(waiting)
-            if corner in came_from:
-                continue  # a shorter path reached it
-            came_from[corner] = before
+            _, corner, length, corners = heappop(waiting)
             if corner == _END:
-                return _way_back(came_from)
+                return corners
+            if corner in reached:
+                continue  # by a shorter path
+            reached.add(corner)
             if corner in last:
                 whole = length + last[corner]
-                heappush(waiting, (whole, _END, whole, corner))
+                heappush(waiting, (whole, _END, whole, corners))
             for other, step in self._view(corner):
-                if other not in came_from:
+                if other not in reached:
                     least = length + step + ahead[other]
-                    heappush(waiting, (least, other, length + step, corner))
+                    heappush(waiting, (least, other, length + step, [*corners, other]))
         return None
 
-    def _view(self, corner: int) -> View:
+    def _corners_seen_from(self, corner: int) -> View:
         """Return the corners to which a path may go on from a corner."""
-        if corner not in self._views:
-            lines = self._corners - self._corners[corner]
-            tangent = self._touches(lines)
-            sides = self._before[corner], self._after[corner]
-            tangent &= _is_tangent(lines, *sides, self._noise[corner])
-            tangent[corner] = False
-            self._views[corner] = self._seen(self._corners[corner], tangent)
-        return self._views[corner]
+        lines = self._corners - self._corners[corner]
+        sides = self._before[corner], self._after[corner]
+        tangent = self._touches(lines)
+        tangent &= _is_tangent(lines, *sides, self._noise[corner])
+        tangent[corner] = False
+        return self._seen(self._corners[corner], tangent)
 
     def _seen_from(self, point: complex) -> View:
         """Return the corners to which a path may go on from a point."""
@@ -163,16 +160,6 @@ class ShortestPaths:
         lines[:, 1, 0] = others.real
         lines[:, 1, 1] = others.imag
         return np.asarray(shapely.covers(self._enlarged, shapely.linestrings(lines)))
-
-
-def _way_back(came_from: dict[int, int]) -> list[int]:
-    """Return the corners from the start to the end."""
-    corners = []
-    corner = came_from[_END]
-    while corner != _START:
-        corners.append(corner)
-        corner = came_from[corner]
-    return corners[::-1]
 
 
 def _is_tangent(lines: Any, before: Any, after: Any, noise: Any) -> BoolArray:
