@@ -138,7 +138,8 @@ def plane_axes(
 
 def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
     """Put a legend `over` points above axes."""
-    _put_legend(ax, columns, "lower center", 1.0, over, columnspacing=1.2)
+    tight = {"columnspacing": 1.2, "handletextpad": 0.4}
+    _put_legend(ax, columns, "lower center", 1.0, over, **tight)
 
 
 def legend_below(ax: Any, *, columns: int = 1) -> None:

@@ -54,27 +54,64 @@ class PaperFigure:
         return f"figure_{self.name:0>2}"
 
 
+FIGURES: dict[str, PaperFigure] = {}
+"""All figures by name, in the order of writing."""
+
+
+def _add(name: str, title: str, width: float, height: float) -> Callable[..., Any]:
+    """Return a decorator of a function that draws a figure of a size [mm]: it is one of FIGURES then."""
+
+    def add(drawing: Drawing) -> Drawing:
+        FIGURES[name] = PaperFigure(name, title, (width, height), drawing)
+        return drawing
+
+    return add
+
+
+@_add("1", "The tilt-rotor from above, and one rotor from the tip of its arm", 170, 98)
 def _vehicle(figure: Figure, of: _Input) -> None:
     vehicle_figure(of.vehicle, ax=figure.add_subplot())
 
 
+@_add("2", "Number of roots (α3, α4) at each node (α1, α2)", 85, 92)
 def _counts(figure: Figure, of: _Input) -> None:
     planes.root_counts(figure.add_subplot(), of.coefficients)
 
 
-def _in_space(
+def _add_roots(
     name: str, title: str, function: Callable[..., None], **options: Any
-) -> PaperFigure:
-    """Return a figure of roots over the plane."""
+) -> None:
+    """Add a figure of roots over the plane."""
 
-    def drawing(figure: Figure, of: _Input) -> None:
+    @_add(name, title, 85, 74)
+    def _(figure: Figure, of: _Input) -> None:
         ax = figure.add_subplot(projection="3d", computed_zorder=False)
         function(ax, of.coefficients, **options)
         figure.suptitle(title, fontsize=9)
 
-    return PaperFigure(name, title, (85, 74), drawing)
+
+_ANGLE, _SIGNED, _R = planes.root_angle, planes.signed_roots, planes.level_determinants
+_PLUS: dict[str, Any] = {"sign": "positive"}
+_MINUS: dict[str, Any] = {"sign": "negative"}
+_add_roots("3", "α3 of the first root", _ANGLE, angle=3, which="first")
+_add_roots("4", "α4 of the first root", _ANGLE, angle=4, which="first")
+_add_roots("5", "α3 of the other root", _ANGLE, angle=3, which="other")
+_add_roots("6", "α4 of the other root", _ANGLE, angle=4, which="other")
+_add_roots("7", "α3 of both roots", _ANGLE, angle=3, which="both")
+_add_roots("8", "α4 of both roots", _ANGLE, angle=4, which="both")
+_FIRST, _OTHER = (
+    "α3 and α4 of the first root where R",
+    "α3 and α4 of the other root where R",
+)
+_add_roots("9", f"{_FIRST} > 0", _SIGNED, which="first", **_PLUS)
+_add_roots("10", "R of the first root where it is positive", _R, which="first", **_PLUS)
+_add_roots("11", f"{_OTHER} > 0", _SIGNED, which="other", **_PLUS)
+_add_roots("12", "R of the other root where it is positive", _R, which="other", **_PLUS)
+_add_roots("13", f"{_FIRST} < 0", _SIGNED, which="first", **_MINUS)
+_add_roots("14", f"{_OTHER} < 0", _SIGNED, which="other", **_MINUS)
 
 
+@_add("15", "Which types may be neighbours", 170, 68)
 def _rule(figure: Figure, of: _Input) -> None:
     left, right = figure.subplots(1, 2)
     planes.adjacency_rule("angle", ax=left)
@@ -83,75 +120,58 @@ def _rule(figure: Figure, of: _Input) -> None:
     right.set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
 
 
+@_add("16", "Types of the roots with R < 0", 170, 173)
 def _types(figure: Figure, of: _Input) -> Axes:
     ax = figure.add_subplot()
     return planes.type_map("negative", coefficients=of.coefficients, ax=ax)
 
 
+@_add("17", "Gaits 1 to 3 on the map of types", 170, 177)
 def _loops(figure: Figure, of: _Input) -> None:
     ax = _types(figure, of)
     # Bands are wider than the texts on them. Gaits 2 and 3 have the same loop: the red band lies on the wider blue one.
-    for number, width, name in (
-        (1, 18.0, "Gait 1"),
-        (2, 18.0, "Gaits 2 and 3"),
-        (3, 10.0, ""),
-    ):
+    names = {1: "Gait 1", 2: "Gaits 2 and 3", 3: ""}
+    widths = {1: 18.0, 2: 18.0, 3: 10.0}
+    for number, name in names.items():
         gait = paper_gait(number, of.vehicle, of.coefficients)
         label = f"Gait {number}: {gait.color}"
-        gaits.gait_loop(gait, label=label, width=width, band=True, ax=ax)
+        gaits.gait_loop(gait, label=label, width=widths[number], band=True, ax=ax)
         x, y = gait.alpha[:, :2].mean(axis=0)
         base.draw_label(ax, (x, y + math.pi / 32), name)  # between the rows of nodes
     base.legend_above(ax, columns=3)
 
 
-def _regions(figure: Figure, of: _Input) -> None:
-    left, right = figure.subplots(1, 2)
-    planes.regions_map(of.vehicle, ax=left)
-    planes.singular_value_map(of.vehicle, ax=right)
-
-
-def _margins(figure: Figure, of: _Input) -> None:
-    planes.servo_margin_map(of.vehicle, ax=figure.add_subplot())
-
-
-def _set(figure: Figure, of: _Input) -> None:
-    gaits.draw_sheet(figure, [of.timed], [name_of(of.timed.gait)])
-
-
-def _attitudes(name: str, number: int, bias: float) -> PaperFigure:
-    """Return the roll–pitch diagram of a gait of the paper and its biased gait."""
-
-    def drawing(figure: Figure, of: _Input) -> None:
-        gait = paper_gait(number, of.vehicle, of.attitudes)
-        title = f"Gait {number}: {of.attitudes.kind} coefficients"
-        ax = figure.add_subplot()
-        _draw_reading(ax, title, gait, of.attitudes, f"Gait {number}", bias)
-
+def _add_attitudes(name: str, number: int, bias: float) -> None:
+    """Add the roll–pitch diagram of a gait of the paper and its biased gait."""
     title = f"Unacceptable attitudes of Gait {number} and its biased gait, η = {bias:g}"
-    return PaperFigure(name, title, (85, 98), drawing)
+
+    @_add(name, title, 85, 98)
+    def _(figure: Figure, of: _Input) -> None:
+        gait = paper_gait(number, of.vehicle, of.attitudes)
+        reading = f"Gait {number}: {of.attitudes.kind} coefficients"
+        ax = figure.add_subplot()
+        _draw_reading(ax, reading, gait, of.attitudes, f"Gait {number}", bias)
 
 
-def _other_readings(name: str, number: int, bias: float) -> PaperFigure:
-    """Return the roll–pitch diagram of a blue gait of the paper with other digits than :func:`_attitudes`."""
+def _add_readings(name: str, number: int, bias: float) -> None:
+    """Add the roll–pitch diagram of a blue gait of the paper with other digits than :func:`_add_attitudes`."""
 
-    def drawing(figure: Figure, of: _Input) -> None:
+    @_add(name, f"Figure {name.removesuffix('b')} with other digits", 170, 84)
+    def _(figure: Figure, of: _Input) -> None:
         exact = coefficients_of(of.vehicle, "exact")
         readings = {"exact coefficients": paper_gait(number, of.vehicle, exact)}
         if of.vehicle.carries_published_coefficients:
             printed = coefficients_of(of.vehicle, "printed")
             rounded = paper_gait(number, of.vehicle, printed)
-            readings["four-digit angles, exact formula"] = rounded
             vertices = printed_gait(number, exact)
+            readings["four-digit angles, exact formula"] = rounded
             readings["printed vertices, exact formula"] = vertices
         axes = figure.subplots(1, len(readings), squeeze=False)[0]
         for ax, (title, gait) in zip(axes, readings.items(), strict=True):
             _draw_reading(ax, title, gait, exact, f"Gait {number}", bias)
             base.legend_below(ax)
-            if ax is not axes[0]:
-                ax.set_ylabel("")
-
-    title = f"Figure {name.removesuffix('b')} with other digits"
-    return PaperFigure(name, title, (170, 84), drawing)
+        for ax in axes[1:]:
+            ax.set_ylabel("")
 
 
 def _draw_reading(
@@ -180,39 +200,31 @@ def _draw_reading(
     ax.set_title(f"{title}\ntilt margin {own}, biased {biased}")
 
 
-_ANGLE, _SIGNED, _R = planes.root_angle, planes.signed_roots, planes.level_determinants
-_FIGURES = (
-    PaperFigure("1", "The tilt-rotor from above, and one rotor from the tip of its arm", (170, 98), _vehicle),
-    PaperFigure("2", "Number of roots (α3, α4) at each node (α1, α2)", (85, 92), _counts),
-    _in_space("3", "α3 of the first root", _ANGLE, angle=3, which="first"),
-    _in_space("4", "α4 of the first root", _ANGLE, angle=4, which="first"),
-    _in_space("5", "α3 of the other root", _ANGLE, angle=3, which="other"),
-    _in_space("6", "α4 of the other root", _ANGLE, angle=4, which="other"),
-    _in_space("7", "α3 of both roots", _ANGLE, angle=3, which="both"),
-    _in_space("8", "α4 of both roots", _ANGLE, angle=4, which="both"),
-    _in_space("9", "α3 and α4 of the first root where R > 0", _SIGNED, sign="positive", which="first"),
-    _in_space("10", "R of the first root where it is positive", _R, sign="positive", which="first"),
-    _in_space("11", "α3 and α4 of the other root where R > 0", _SIGNED, sign="positive", which="other"),
-    _in_space("12", "R of the other root where it is positive", _R, sign="positive", which="other"),
-    _in_space("13", "α3 and α4 of the first root where R < 0", _SIGNED, sign="negative", which="first"),
-    _in_space("14", "α3 and α4 of the other root where R < 0", _SIGNED, sign="negative", which="other"),
-    PaperFigure("15", "Which types may be neighbours", (170, 68), _rule),
-    PaperFigure("16", "Types of the roots with R < 0", (170, 173), _types),
-    PaperFigure("17", "Gaits 1 to 3 on the map of types", (170, 177), _loops),
-    _attitudes("18", 1, 0.8),
-    _attitudes("19", 2, 0.99),
-    _attitudes("20", 3, 0.8),
-    _attitudes("21", 4, 0.8),
-    _attitudes("22", 2, 0.8),
-    _other_readings("18b", 1, 0.8),
-    _other_readings("19b", 2, 0.99),
-    _other_readings("22b", 2, 0.8),
-    PaperFigure("regions", "Exact regions of the (α1, α2) plane on the red sheet", (170, 93), _regions),
-    PaperFigure("margins", "Servo margin of each posture of the red sheet", (100, 82), _margins),
-    PaperFigure("set", "The set of a gait", (400, 84), _set),
-)  # fmt: skip
-FIGURES = {figure.name: figure for figure in _FIGURES}
-"""All figures by name, in the order of writing."""
+_add_attitudes("18", 1, 0.8)
+_add_attitudes("19", 2, 0.99)
+_add_attitudes("20", 3, 0.8)
+_add_attitudes("21", 4, 0.8)
+_add_attitudes("22", 2, 0.8)
+_add_readings("18b", 1, 0.8)
+_add_readings("19b", 2, 0.99)
+_add_readings("22b", 2, 0.8)
+
+
+@_add("regions", "Exact regions of the (α1, α2) plane on the red sheet", 170, 93)
+def _regions(figure: Figure, of: _Input) -> None:
+    left, right = figure.subplots(1, 2)
+    planes.regions_map(of.vehicle, ax=left)
+    planes.singular_value_map(of.vehicle, ax=right)
+
+
+@_add("margins", "Servo margin of each posture of the red sheet", 100, 82)
+def _margins(figure: Figure, of: _Input) -> None:
+    planes.servo_margin_map(of.vehicle, ax=figure.add_subplot())
+
+
+@_add("set", "The set of a gait", 400, 84)
+def _set(figure: Figure, of: _Input) -> None:
+    gaits.draw_sheet(figure, [of.timed], [name_of(of.timed.gait)])
 
 
 def draw(

@@ -94,17 +94,17 @@ def write_films(
 
     def write(path: Path) -> None:
         with paper_style():
-            film = _Film(title, vehicle, period)
+            picture, chart = _film_axes(title, vehicle)
             t = np.linspace(0.0, period, 161)
-            draw_four(film.chart, t, np.degrees(timed.at(t).alpha), "_")
-            film.finish_chart(10.0)
+            draw_four(chart, t, np.degrees(timed.at(t).alpha), "_")
+            _finish_chart(chart, period, 10.0)
 
             def draw(time: float) -> None:
-                alpha = timed.at(time).alpha
-                draw_vehicle(film.picture, vehicle_view(alpha, vehicle))
+                draw_vehicle(picture, vehicle_view(timed.at(time).alpha, vehicle))
 
-            times = period * np.arange(frames_of(period)) / frames_of(period)
-            film.write(draw, times, provenance_text(table), path)
+            count = frames_of(period)
+            times = period * np.arange(count) / count
+            _write(picture, chart, draw, times, provenance_text(table), path)
 
     write_whole([(Path(path), write) for path in paths], force=force)
 
@@ -118,42 +118,42 @@ def write_flight_film(flight: Flight, path: Path) -> None:
     shares = flight.thrusts / quarter_of_weight(flight)
     timed = flight.course.timed
     title = f"{name_of(timed.gait)}, T = {timed.period:g} s · {start_of(flight)}"
-    verdict = fill(flight.reason or flight.verdict, 52, max_lines=2, placeholder=" …")
+    verdict = flight.reason or flight.verdict
+    verdict = fill(verdict, 52, max_lines=2, placeholder=" …")
     with paper_style():
-        film = _Film(title, flight.vehicle, max(flight.flown, 1e-9), zoom=0.68)
+        picture, chart = _film_axes(title, flight.vehicle, zoom=0.68)
         for name, color, width in (("roll", INK, 1.5), ("pitch", LINE_GREY, 2.5)):
             angles = np.degrees(flight.column(name))
             label = f"body {name}"
-            film.chart.plot(t, angles, color=color, linewidth=width, label=label)
-        film.finish_chart(5.0)
-        film.chart.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.02))
+            chart.plot(t, angles, color=color, linewidth=width, label=label)
+        _finish_chart(chart, max(flight.flown, 1e-9), 5.0)
+        chart.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.02))
 
         def draw(time: float) -> None:
             row = int(np.searchsorted(t, time + 1e-12)) - 1
             here = places[row]
             x, y, z = here
             low, high = shares[row].min(), shares[row].max()
-            film.write_text(
-                345,
+            words = (
                 f"t = {t[row]:.2f} s{_speed(flight.flown)}\n"
                 f"x {x:z.2f} m   y {y:z.2f} m   z {z:z.2f} m\n"
-                f"thrust {low:.2f} to {high:.2f} × weight/4",
-                color=LINE_GREY,
+                f"thrust {low:.2f} to {high:.2f} × weight/4"
             )
-            _draw_ground(film.picture, here / arm)
+            _write_on(picture, 0.857, words, color=LINE_GREY)
+            _draw_ground(picture, here / arm)
             right, up = ((places[: row + 1] - here) / arm @ _SCREEN).T
-            film.picture.plot(right, up, color=LINE_GREY, linewidth=1.1)
+            picture.plot(right, up, color=LINE_GREY, linewidth=1.1)
             if flight.settings.reference != "attitude":
                 right, up = (wanted[row] - here) / arm @ _SCREEN
-                film.picture.plot(right, up, "o", mfc="white", color=LINE_GREY)
-            draw_vehicle(film.picture, flight_view(flight, row))
+                picture.plot(right, up, "o", mfc="white", color=LINE_GREY)
+            draw_vehicle(picture, flight_view(flight, row))
             if time == flight.flown:
                 box = {"facecolor": PALE, "edgecolor": "none", "pad": 4}
-                film.write_text(128, verdict, bbox=box)
+                _write_on(picture, 0.059, verdict, bbox=box)
 
         count = frames_of(flight.flown)
         times = flight.flown * np.minimum(np.arange(count + _PAUSE) / count, 1.0)
-        film.write(draw, times, provenance_text(flight.table), path)
+        _write(picture, chart, draw, times, provenance_text(flight.table), path)
 
 
 def frames_of(seconds: float) -> int:
@@ -176,92 +176,38 @@ def short_name(name: str, most: int = 32) -> str:
     return f"{name[: most - 1]}…"
 
 
-class _Film:
-    """A figure with axes for a vehicle, drawn again in each frame, and axes for curves of angles [°] over time."""
+def _film_axes(title: str, vehicle: Vehicle, zoom: float = 1.0) -> tuple[Axes, Axes]:
+    """Return axes for a vehicle, which fits at `zoom` 1, and below them axes for curves."""
+    from matplotlib.figure import Figure
 
-    def __init__(
-        self, title: str, vehicle: Vehicle, end: float, *, zoom: float = 1.0
-    ) -> None:
-        from matplotlib.figure import Figure
+    figure = Figure(figsize=(_WIDTH / 100, _HEIGHT / 100), dpi=100)
+    place = (16 / _WIDTH, 1 - 19 / _HEIGHT)
+    figure.text(*place, title, va="center", fontsize=10, color=INK)
+    picture = figure.add_axes(_PICTURE)
+    low, high = vehicle_view(np.zeros(4), vehicle).limits
+    size = np.array([_PICTURE[2] * _WIDTH, _PICTURE[3] * _HEIGHT])
+    half = size * max((high - low) / size) / 2 / zoom
+    left, bottom = (low + high) / 2 - half
+    right, top = (low + high) / 2 + half
+    picture.set(xlim=(left, right), ylim=(bottom, top))
+    return picture, figure.add_axes(_CHART)
 
-        self.end = end
-        self.figure = Figure(figsize=(_WIDTH / 100, _HEIGHT / 100), dpi=100)
-        self.figure.text(
-            16 / _WIDTH, 1 - 19 / _HEIGHT, title, va="center", fontsize=10, color=INK
-        )
-        self.picture = self.figure.add_axes(_PICTURE)
-        self.chart = self.figure.add_axes(_CHART)
-        # The vehicle fits at `zoom` 1.
-        low, high = vehicle_view(np.zeros(4), vehicle).limits
-        size = np.array([_PICTURE[2] * _WIDTH, _PICTURE[3] * _HEIGHT])
-        half = size * max((high - low) / size) / 2 / zoom
-        self.left, self.bottom = (low + high) / 2 - half
-        self.right, self.top = (low + high) / 2 + half
 
-    def finish_chart(self, step: float) -> None:
-        """Scale the axes with curves, up to a multiple of a step."""
-        ax, end = self.chart, self.end
-        most = step * math.ceil(np.abs(ax.dataLim.intervaly).max() / step) or step
-        ax.set(xlim=(0.0, end), ylim=(-most, most))
-        ax.set_xticks([0.0, end], ["0", f"{end:.4g} s"])
-        ax.set_yticks([-most, 0.0, most], [f"−{most:g}°", "0", f"{most:g}°"])
-        ax.tick_params(length=0, labelcolor=LINE_GREY)
-        ax.spines[["top", "right", "bottom"]].set_visible(False)
-        ax.axhline(0.0, color=PALE, linewidth=0.8, zorder=0)
+def _write_on(picture: Axes, height: float, text: str, **look: Any) -> None:
+    """Write a text at the left of a picture."""
+    look |= {"va": "center", "fontsize": 8, "linespacing": 1.5}
+    picture.text(16 / _WIDTH, height, text, transform=picture.transAxes, **look)
 
-    def write_text(self, height: float, text: str, **look: Any) -> None:
-        """Write a text into the frame that is drawn, at a height [px]."""
-        place = (16 / _WIDTH, height / _HEIGHT)
-        look |= {"va": "center", "fontsize": 8, "linespacing": 1.5}
-        self.picture.text(*place, text, transform=self.figure.transFigure, **look)
 
-    def write(
-        self,
-        draw: Callable[[float], None],
-        times: FloatArray,
-        about: str,
-        path: Path,
-    ) -> None:
-        """Write the film to a file; `draw` draws what the picture shows at a time."""
-        from matplotlib.animation import FFMpegWriter
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from PIL.Image import Dither, fromarray
-
-        canvas: Any = FigureCanvasAgg(self.figure)
-        cursor = self.chart.axvline(0.0, color=INK, linewidth=0.9)
-
-        def frames() -> Iterator[None]:
-            for time in times:
-                self.picture.clear()
-                self.picture.set(
-                    xlim=(self.left, self.right), ylim=(self.bottom, self.top)
-                )
-                self.picture.set_axis_off()
-                cursor.set_xdata([time])
-                draw(time)
-                yield
-
-        if path.suffix.lower() == ".mp4":
-            writer = FFMpegWriter(RATE, metadata={"comment": about})
-            with writer.saving(self.figure, path, dpi=100):
-                for _ in frames():
-                    writer.grab_frame()
-            return
-        images: list[Any] = []
-        for _ in frames():
-            canvas.draw()
-            image = fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-            # With the colors of the first frame in all less is stored of each.
-            palette = images[0] if images else None
-            images.append(image.quantize(palette=palette, dither=Dither.NONE))
-        images[0].save(
-            path,
-            save_all=True,
-            append_images=images[1:],
-            duration=1000 // RATE,
-            loop=0,
-            comment=about,
-        )
+def _finish_chart(ax: Axes, end: float, step: float) -> None:
+    """Scale axes with curves of angles [°] over time, up to a multiple of `step`."""
+    most = step * math.ceil(np.abs(ax.dataLim.intervaly).max() / step) or step
+    ax.set(xlim=(0.0, end), ylim=(-most, most))
+    ax.set_xticks([0.0, end], ["0", f"{end:.4g} s"])
+    ax.set_yticks([-most, 0.0, most], [f"−{most:g}°", "0", f"{most:g}°"])
+    ax.tick_params(length=0, labelcolor=LINE_GREY)
+    ax.spines[["top", "right", "bottom"]].set_visible(False)
+    ax.axhline(0.0, color=PALE, linewidth=0.8, zorder=0)
 
 
 def _draw_ground(ax: Axes, here: Any) -> None:
@@ -277,6 +223,53 @@ def _draw_ground(ax: Axes, here: Any) -> None:
     height = np.full_like(around, _GROUND - here[2])
     ring = np.stack([0.35 * np.cos(around), 0.35 * np.sin(around), height], axis=-1)
     ax.fill(*(ring @ _SCREEN).T, color=PALE, zorder=0.6)
+
+
+def _frames(
+    picture: Axes, chart: Axes, draw: Callable[[float], None], times: FloatArray
+) -> Iterator[None]:
+    """Draw one frame after the other: what `draw` draws at a time, and the time on the chart."""
+    limits = {"xlim": picture.get_xlim(), "ylim": picture.get_ylim()}
+    cursor = chart.axvline(0.0, color=INK, linewidth=0.9)
+    for time in times.tolist():
+        picture.clear()
+        picture.set(**limits)
+        picture.set_axis_off()
+        cursor.set_xdata([time])
+        draw(time)
+        yield
+
+
+def _write(
+    picture: Axes,
+    chart: Axes,
+    draw: Callable[[float], None],
+    times: FloatArray,
+    about: str,
+    path: Path,
+) -> None:
+    """Write a film, which states what it is about."""
+    from matplotlib.animation import FFMpegWriter
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL.Image import Dither, fromarray
+
+    canvas: Any = FigureCanvasAgg(picture.figure)  # type: ignore[arg-type]
+    frames = _frames(picture, chart, draw, times)
+    if path.suffix.lower() == ".mp4":
+        writer = FFMpegWriter(RATE, metadata={"comment": about})
+        with writer.saving(canvas.figure, path, dpi=100):
+            for _ in frames:
+                writer.grab_frame()
+        return
+    images: list[Any] = []
+    for _ in frames:
+        canvas.draw()
+        image = fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        # With the colors of the first frame in all less is stored of each.
+        palette = images[0] if images else None
+        images.append(image.quantize(palette=palette, dither=Dither.NONE))
+    options = {"duration": 1000 // RATE, "loop": 0, "comment": about}
+    images[0].save(path, save_all=True, append_images=images[1:], **options)
 
 
 def flight_view(flight: Flight, row: int) -> VehicleView:

@@ -234,7 +234,7 @@ def _draw_arc(
     """Draw an arrow along an arc from one angle to another [°]."""
     around = np.radians(np.linspace(*arc, 49))
     x, y = center[:, None] + radius * np.array([np.cos(around), np.sin(around)])
-    ax.plot(x, y, color=color, zorder=3)
+    ax.plot(x, y, color=color, linewidth=1.0, zorder=3)
     draw_arrow(ax, (x[-2], y[-2]), (x[-1], y[-1]), color, width=0.0, size=7)
 
 
