@@ -45,7 +45,6 @@ from gaitgraph.invertibility.tilt_margins import (
 )
 from gaitgraph.records import Record
 from gaitgraph.surface.region import polygons_of
-from gaitgraph.tolerances import SAME_ANGLE
 from gaitgraph.vehicle import PAPER, VehicleLike
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
@@ -275,25 +274,7 @@ def _polygon_of(rays: FloatArray) -> shapely.Polygon:
     """Return the verticals that have a positive product with all extreme rays, given counter-clockwise."""
     if len(rays) == 1:
         return shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
-    polygon = shapely.Polygon(_ring_of(rays))
-    if not polygon.is_valid:
-        parts = polygons_of(shapely.make_valid(polygon)).geoms
-        polygon = max(
-            parts, key=lambda part: float(part.area), default=shapely.Polygon()
-        )
-    # The first corner is then the same wherever the sides were cut.
-    return cast("shapely.Polygon", polygon.normalize())
-
-
-def _ring_of(rays: FloatArray) -> FloatArray:
-    """Return the border of the polygon of :func:`_polygon_of` as points (roll, pitch), shape (k, 2).
-
-    Each ray has a side across it, an arc of a great circle; that of the upright ray is on the horizon.
-    """
-    upright = np.flatnonzero((rays == _UP).all(axis=1))
-    has_horizon = len(upright) > 0
-    if has_horizon:
-        rays = np.roll(rays, -1 - int(upright[0]), axis=0)  # the horizon is last
+    # Each ray has a side across it, an arc of a great circle; that of the upright ray is the border of the diagram.
     corners = np.cross(rays, np.roll(rays, -1, axis=0))
     corners /= np.linalg.norm(corners, axis=1, keepdims=True)
     starts = np.roll(corners, 1, axis=0)
@@ -303,20 +284,20 @@ def _ring_of(rays: FloatArray) -> FloatArray:
         cosine = np.sum(corners * starts, axis=1)
         turn = np.arctan2(np.sum(corners * along, axis=1), cosine) % (2 * math.pi)
         turn = np.where(turn > 1.5 * math.pi, 0.0, turn)  # rounding of none
-    curved = len(rays) - has_horizon
-    points = _arcs(starts[:curved], along[:curved], turn[:curved])
-    if not has_horizon:
-        return points
-    border = _border(starts[-1], float(turn[-1]))
-    # Its end is the first point again, except for rounding, which would make a ring cross itself.
-    is_new = np.abs(border - points[0]).max(axis=1) > SAME_ANGLE
-    return np.concatenate([points, border[is_new]])
+    polygon = shapely.Polygon(_arcs(starts, along, turn))
+    if not polygon.is_valid:
+        parts = polygons_of(shapely.make_valid(polygon)).geoms
+        polygon = max(
+            parts, key=lambda part: float(part.area), default=shapely.Polygon()
+        )
+    # The first corner is then the same wherever the sides were cut.
+    return cast("shapely.Polygon", polygon.normalize())
 
 
 def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray:
-    """Return points of sides that are arcs of great circles; straight lines between them are within 1e-6 rad.
+    """Return points (roll, pitch) of sides that are arcs of great circles; lines between them are within 1e-6 rad.
 
-    The end of a side is left out, since the next begins there, but for pitch ±π/2, where the next has another roll.
+    At pitch ±π/2, where roll is not determined, it is that of the middle of the side.
     """
     middle = _on_arc(starts, along, turn / 2)
 
@@ -339,6 +320,7 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray
         angle = np.insert(angle, wide + 1, between[wide])
         side = np.insert(side, wide + 1, side[wide])
         points = np.insert(points, wide + 1, new[wide], axis=0)
+    # Where a side ends, the next begins, but at pitch ±π/2 with another roll.
     is_inner = np.append(side[1:] == side[:-1], False)
     at_pole = np.abs(points[:, 1]) > HALF_PI - _AT_POLE
     return np.asarray(points[is_inner | at_pole])
@@ -355,17 +337,3 @@ def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
     beside = np.where(at_pole[:, None], middle, verticals)
     roll = np.arctan2(beside[:, 1], np.maximum(beside[:, 2], 0.0))
     return np.column_stack([roll, attitude_of(verticals)[:, 1]])
-
-
-def _border(start: FloatArray, turn: float) -> FloatArray:
-    """Return the corners of a side along the border of the diagram, where the vertical is horizontal."""
-    first = math.atan2(start[1], start[0])
-    last = first + turn
-    poles = math.pi * np.arange(math.ceil(first / math.pi), last // math.pi + 1)
-    angles = np.concatenate([[first], poles, [last]])
-    pitch = -np.arcsin(np.cos(angles))
-    # At a pole the roll steps from one side of the diagram to the other.
-    sides = [np.clip(angles + step, first, last) for step in (-1e-9, 1e-9)]
-    roll = np.copysign(HALF_PI, np.sin(sides))
-    corners = np.stack([roll, np.array([pitch, pitch])], axis=-1)
-    return np.concatenate(corners.swapaxes(0, 1))
