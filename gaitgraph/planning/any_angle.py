@@ -8,6 +8,7 @@ and again in the polygon inside the true borders, by at most the accuracy, if th
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from dataclasses import replace
 from functools import cache, cached_property, lru_cache
 from itertools import groupby, pairwise
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
 _KEPT = 256  # entries of waypoints
 _TRIED = 100  # waypoints whose order is found in a tenth of a second
-_ROBUST_STEPS = 22  # halvings of the range of least singular values: to 1e-6
+_ROBUST_STEPS = 2**22  # of the range of least singular values: to 1e-6
 _COARSE = 1e-3  # accuracy of the regions that decide most of these steps [rad]
 
 
@@ -363,18 +364,18 @@ def _most_robust_region(branch: Branch) -> PreparedRegion:
     lowest = prepared_region(branch)
     if high <= low or not lowest.joins(waypoints):
         return lowest
+    step = (high - low) / _ROBUST_STEPS
     # Mostly a waypoint has the least value, and every step would go up: where that ends is tried first.
-    for level in (high, high - (high - low) / 2**_ROBUST_STEPS):
+    for level in (high, high - step):
         region = prepared_region(branch, level)
         if region.joins(waypoints):
             return region
-    for _ in range(_ROBUST_STEPS):
-        middle = (low + high) / 2
-        if _level_joins(branch, middle):
-            low = middle
-        else:
-            high = middle
-    return prepared_region(branch, low)
+
+    def is_cut(number: int) -> bool:
+        return not _level_joins(branch, low + number * step)
+
+    joining = bisect_left(range(1, _ROBUST_STEPS), True, key=is_cut)
+    return prepared_region(branch, low + joining * step)
 
 
 def _level_joins(branch: Branch, level: float) -> bool:

@@ -46,8 +46,7 @@ class Refusal(Record):
 
     `kind` is "waypoint" if a waypoint has no root of this color and sign, or lies where the request forbids it: `R` is
     its value there, `nearest` the nearest admissible (α1, α2) [rad]. It is "separated" if two waypoints cannot be
-    joined: on the grid `components` has how many nodes can be reached from each; "color" if the color cannot fly; and
-    "limit" if the loop that was found cannot fly, such as for its period. `waypoints` are numbers from 1. `moved` has
+    joined; "color" if the color cannot fly; and "limit" if the loop that was found cannot fly, such as for its period. `waypoints` are numbers from 1. `moved` has
     for all waypoints the nearest places where a loop can join them; it is empty if there are none.
     """
 
@@ -57,7 +56,6 @@ class Refusal(Record):
     message: str
     waypoints: tuple[int, ...] = ()
     R: float | None = None
-    components: tuple[int, ...] = ()
     nearest: Point | None = None
     moved: tuple[Point, ...] = ()
 
@@ -216,9 +214,7 @@ class Branch:
         message = f"{self}: waypoint {k + 1} ({first:.4f}, {second:.4f}){why}"
         return self._refused("waypoint", message, waypoints=(k + 1,), R=R)
 
-    def separation(
-        self, ends: Sequence[int], wall: str, components: tuple[int, ...] = ()
-    ) -> Refusal:
+    def separation(self, ends: Sequence[int], wall: str) -> Refusal:
         """Return that two waypoints are separated: by a factor of R, else by what `wall` names."""
         first, second = (self.request.waypoints[k] for k in ends)
         if self.color == "red" and not self.is_curved:
@@ -229,6 +225,4 @@ class Branch:
         message = (
             f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {wall}"
         )
-        return self._refused(
-            "separated", message, waypoints=numbers, components=components
-        )
+        return self._refused("separated", message, waypoints=numbers)

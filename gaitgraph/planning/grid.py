@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.graph.build import gait_along, nodes_above
 from gaitgraph.graph.cycle_list import cycles
-from gaitgraph.graph.walks import Blocked, allowed_edges, best_order, closed_walk
+from gaitgraph.graph.walks import Blocked, best_order, closed_walk
 from gaitgraph.planning.any_angle import first_outside, prepared_region
 from gaitgraph.planning.branch import Search
 from gaitgraph.planning.loop import Loop
@@ -17,8 +17,6 @@ from gaitgraph.surface.sheets import SIGNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-
-    import networkx as nx
 
     from gaitgraph.graph.cycle_list import Cycle
     from gaitgraph.graph.walks import EdgeRequirement
@@ -63,7 +61,7 @@ def grid_loop(branch: Branch) -> Loop | Refusal:
     )
     if isinstance(walk, Blocked):
         ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
-        return _blocked(branch, graph, ends, [stops[k][0] for k in ends])
+        return _blocked(branch, ends)
     loop = Loop(
         path=gait_along(graph, walk.nodes),
         sign=branch.sign,
@@ -75,28 +73,19 @@ def grid_loop(branch: Branch) -> Loop | Refusal:
     return loop
 
 
-def _blocked(
-    branch: Branch, graph: nx.Graph[Any], ends: tuple[int, int], nodes: list[Any]
-) -> Refusal:
-    """Return why two waypoints, with the given nodes, cannot be joined."""
-    import networkx as nx
-
+def _blocked(branch: Branch, ends: tuple[int, int]) -> Refusal:
+    """Return why two waypoints cannot be joined."""
+    request = branch.request
     if branch.require == "flyable":
         outside = first_outside(branch, prepared_region(branch))
         if outside is not None:
             return outside
-    # How many nodes usable edges join to each of the two.
-    allowed = allowed_edges(branch.require)
-    edges = [(a, b) for a, b, data in graph.edges(data=True) if allowed(data)]
-    usable: nx.Graph[Any] = nx.Graph(edges)
-    usable.add_nodes_from(nodes)
-    counts = tuple(len(nx.node_connected_component(usable, node)) for node in nodes)
-    wall = f"the grid of {branch.request.divisions} divisions: try more divisions"
-    if branch.request.zones is not None:
+    wall = f"the grid of {request.divisions} divisions: try more divisions"
+    if request.zones is not None:
         wall = f"keep_out, keep_in or {wall}"
-    if branch.request.weight is not None:
+    if request.weight is not None:
         wall = f"edges that the weight hides, {wall}"
-    return branch.separation(ends, wall, counts)
+    return branch.separation(ends, wall)
 
 
 def grid_cycles(
