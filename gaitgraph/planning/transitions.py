@@ -78,8 +78,8 @@ _STATEMENT = (
 class Transition(Pictured):
     """A path from one end to the other, or the reason why there is none. Truthy when there is one.
 
-    `motion` is the path, timed, between the run-down and the run-up of gaits that are in motion where the path leaves or
-    joins them. `reason` says why there is none, or why it is not flyable; `proof`, if the signs of R differ, has R at both
+    `motion` is the path alone, timed. `run_down` and `run_up` are of gaits that are in motion where the path leaves or
+    joins them, else None. `reason` says why there is none, or why it is not flyable; `proof`, if the signs of R differ, has R at both
     ends and why every flight between them is singular somewhere. `corners` are those of the gait at either end that it
     leaves and joins, counted from 0, None for hover. `law` is that of the path, and `limits` are those of rates,
     accelerations and jerks that the gaits' tables were made for. `judged` is the `report`, None if there is no path: all
@@ -88,7 +88,9 @@ class Transition(Pictured):
 
     reason: str | None
     proof: dict[str, Any] | None = None
-    motion: TimedPath | JoinedPath | None = None
+    motion: TimedPath | None = None
+    run_down: RunUp | None = None
+    run_up: RunUp | None = None
     corners: tuple[int | None, int | None] = (None, None)
     law: LawName = DEFAULT_LAW
     limits: Mapping[str, Each] = field(default_factory=dict)
@@ -99,7 +101,9 @@ class Transition(Pictured):
 
     @property
     def _shown(self) -> Any:
-        return self.motion
+        if self.motion is None:
+            return None
+        return self.timed
 
     @property
     def status(self) -> str:
@@ -107,11 +111,21 @@ class Transition(Pictured):
         return "planned" if self else "infeasible"
 
     @property
-    def timed(self) -> TimedPath | JoinedPath:
-        """The whole motion, timed; raises Infeasible, with the reason, if there is none."""
+    def timed_path(self) -> TimedPath:
+        """The path alone, timed; its `loop` leads there and back; raises Infeasible, with the reason, if there is none."""
         if self.motion is None:
             raise Infeasible(self.reason)
         return self.motion
+
+    @property
+    def timed(self) -> TimedPath | JoinedPath:
+        """The path, timed, between the run-down and the run-up if there are any; raises Infeasible if there is none."""
+        path = self.timed_path
+        parts = (self.run_down, path, self.run_up)
+        sections = [part for part in parts if part is not None]
+        if len(sections) == 1:
+            return path
+        return JoinedPath.of(sections, path.samples)
 
     @property
     def report(self) -> Report:
@@ -119,28 +133,6 @@ class Transition(Pictured):
         if self.judged is None:
             raise Infeasible(self.reason)
         return self.judged
-
-    @property
-    def _sections(self) -> tuple[TimedPath | RunUp, ...]:
-        timed = self.timed
-        return timed.sections if isinstance(timed, JoinedPath) else (timed,)
-
-    @property
-    def run_down(self) -> RunUp | None:
-        """The run-down of a gait in motion where the path leaves it, else None; raises Infeasible if there is no path."""
-        first = self._sections[0]
-        return first if isinstance(first, RunUp) else None
-
-    @property
-    def run_up(self) -> RunUp | None:
-        """The run-up of a gait in motion where the path joins it, else None; raises Infeasible if there is no path."""
-        last = self._sections[-1]
-        return last if isinstance(last, RunUp) else None
-
-    @property
-    def timed_path(self) -> TimedPath:
-        """The path alone, timed; its `loop` leads there and back; raises Infeasible if there is none."""
-        return next(part for part in self._sections if isinstance(part, TimedPath))
 
     @property
     def gait(self) -> Gait:
@@ -165,10 +157,10 @@ class Transition(Pictured):
     @property
     def _ends(self) -> dict[str, Any]:
         """The corners that the path leaves and joins, counted from 1, and the run-down and the run-up, if any."""
-        leaves, joins = (None if k is None else k + 1 for k in self.corners)
-        ends: dict[str, Any] = {"leaves_corner": leaves, "joins_corner": joins}
-        if not self:
-            return ends
+        ends: dict[str, Any] = dict.fromkeys(("leaves_corner", "joins_corner"))
+        for name, corner in zip(ends, self.corners, strict=True):
+            if corner is not None:
+                ends[name] = corner + 1
         for name in ("run_down", "run_up"):
             run = getattr(self, name)
             if run is not None:
@@ -255,7 +247,9 @@ class Transition(Pictured):
         size = f"{len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}"
         if not self.length:
             size += ", nothing moves"
-        how = "as a table" if lines else "there and back"
+        how = "there and back"
+        if lines:
+            how = "as a table"
         lines.insert(0, f"From {ends[0]} to {ends[1]}: {size}; checked {how}")
         if self.reason is not None and self.reason != self.judged.reason:
             lines.append(f"  not flyable: {self.reason}")
@@ -340,17 +334,15 @@ def transition(
     limited = replace(gait, vehicle=vehicle_within(gait.vehicle, limits))
     if duration is None:
         seconds = _least_duration(limited, law)
-    before, after = leaving.run_up(stops=True), joining.run_up()
-    whole = seconds + sum(run.period for run in before + after)
-    count = _checked_samples(whole, law, samples, rate)
+    run_down, run_up = leaving.run_up(stops=True), joining.run_up()
+    runs = [run.period for run in (run_down, run_up) if run is not None]
+    count = _checked_samples(seconds + sum(runs), law, samples, rate)
     there_and_back = gait.parametrize(2 * seconds, law=law, samples=2 * count)
-    timed_path = TimedPath.of(there_and_back)
-    motion: TimedPath | JoinedPath = timed_path
-    if before or after:
-        motion = JoinedPath.of([*before, timed_path, *after], count)
     answer = Transition(
         reason=None,
-        motion=motion,
+        motion=TimedPath.of(there_and_back),
+        run_down=run_down,
+        run_up=run_up,
         corners=(leaving.numbers[path.leaves], joining.numbers[path.joins]),
         law=law,
         limits=limits,
@@ -370,12 +362,11 @@ class _End(NamedTuple):
     motion: TimedGait | None = None
     limits: Mapping[str, Each] = MappingProxyType({})
 
-    def run_up(self, *, stops: bool = False) -> list[RunUp]:
-        """Return the run-up of a gait in motion where the path joins it, or with `stops` its run-down; else nothing."""
+    def run_up(self, *, stops: bool = False) -> RunUp | None:
+        """Return the run-up of a gait in motion where the path joins it, or with `stops` its run-down; else None."""
         if self.motion is None:
-            return []
-        run = run_up(self.motion, stops=stops)
-        return [] if run is None else [run]
+            return None
+        return run_up(self.motion, stops=stops)
 
 
 def _ends_of(
@@ -422,10 +413,15 @@ def _end_of(
         handed, vehicle=vehicle, coefficients=coefficients, name=name, once=False
     )
     table = given.table
-    has_times = given.motion is not None if table is None else "t" in table
-    if has_times:
+    motion = None
+    limits: Mapping[str, Any] = {}
+    if table is None and given.motion is not None:
         motion = played(given)
-        limits: Mapping[str, Any] = motion.made_for if table is None else table.limits
+        limits = motion.made_for
+    elif table is not None and "t" in table:
+        motion = played(given)
+        limits = table.limits
+    if motion is not None:
         place = replace(
             motion.gait,
             alpha=motion.at(0.0).alpha[None],
@@ -448,8 +444,10 @@ def _checked_samples(
     """Return the number of intervals one way; there and back has twice as many."""
     count = checked_clock(duration, law, samples=samples, rate=rate)
     if count > MOST_SAMPLES // 2:
-        name, value = ("samples", samples) if rate is None else ("rate", rate)
-        raise wrong(name, f"must give at most {MOST_SAMPLES // 2} samples", value)
+        rule = f"must give at most {MOST_SAMPLES // 2} samples"
+        if rate is None:
+            raise wrong("samples", rule, samples)
+        raise wrong("rate", rule, rate)
     return count
 
 
@@ -468,7 +466,7 @@ def _least_duration(limited: Gait, law: LawName) -> float:
 
 def _judged(answer: Transition, limited: Gait, floor: float, *ends: _End) -> Transition:
     """Return a path with its report: of the path there and back, with a run-up or a run-down of the whole table."""
-    if isinstance(answer.motion, TimedPath):
+    if answer.run_down is None and answer.run_up is None:
         timed = limited.parametrize(2 * answer.duration, law=answer.law)
         report = answer.gait.check(floor=floor).with_timing(TimedPath.of(timed))
     else:
