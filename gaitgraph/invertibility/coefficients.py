@@ -118,6 +118,8 @@ class Coefficients(Record):
     @cached_property
     def level_form(self) -> Form:
         """The form of R."""
+        if self.kind == "exact":
+            return level_of(self.rotors).lift
         return Form(self.form.table[..., 2:])
 
     @cached_property
@@ -191,22 +193,22 @@ class Coefficients(Record):
         They are those of the digits of the coefficients, of δ in α3 and α4, of the angles to second order, and of
         floating point.
         """
-        noise = self.noise
-        return self._errors_of(self.form, noise, _PART_FORMS, sines, angle_rounding)
+        return self._errors_of(self.form, self.noise, _PART_FORM, sines, angle_rounding)
 
     def level_errors(
         self, sines: Sines, angle_rounding: npt.ArrayLike = 0.0
     ) -> FloatArray:
         """Return the bounds of the errors of R alone, shape (k,); see :meth:`errors`."""
-        form, noise, parts = self.level_form, self.noise[2:], _LEVEL_PART_FORMS
-        errors = self._errors_of(form, noise, parts, sines, angle_rounding)
+        errors = self._errors_of(
+            self.level_form, self.noise[2:], _LEVEL_PARTS, sines, angle_rounding
+        )
         return np.asarray(errors[0])
 
     def _errors_of(
         self,
         form: Form,
         noise: FloatArray,
-        parts: Sequence[Form],
+        parts: Form,
         sines: Sines,
         angle_rounding: npt.ArrayLike,
     ) -> FloatArray:
@@ -214,8 +216,8 @@ class Coefficients(Record):
         rounding, derived = np.asarray(angle_rounding), self.sheet_error
         errors = np.repeat(noise[:, None], sines.alpha.shape[1], axis=1)
         if self.kind == "published":
-            for half_unit, part in zip(_HALF_UNITS, parts, strict=True):
-                errors += half_unit * np.abs(part.at(sines))
+            factors = np.abs(parts.at(sines)).reshape(4, *errors.shape)
+            errors += np.tensordot(_HALF_UNITS, factors, 1)
         if derived or rounding.any():
             slopes = np.abs(form.slopes(sines))
             errors += rounding * slopes.sum(axis=0)
@@ -229,8 +231,7 @@ class Coefficients(Record):
         """Return what :meth:`errors` never exceeds with exact angles, shape (3,)."""
         errors = self.noise
         if self.kind == "published":
-            for half_unit, form in zip(_HALF_UNITS, _PART_FORMS, strict=True):
-                errors = errors + half_unit * form.size
+            errors = errors + np.dot(_HALF_UNITS, _PART_FORM.size.reshape(4, 3))
             moved = 2 * self.sheet_error
             errors = errors + self.form.size * (moved + moved**2 / 2)
         return read_only(errors)
@@ -281,8 +282,8 @@ def _parts() -> FloatArray:
 
 
 _PARTS = _parts()
-_PART_FORMS = tuple(map(Form, _PARTS[1:]))
-_LEVEL_PART_FORMS = tuple(map(Form, _PARTS[1:, ..., 2:]))
+_PART_FORM = Form(np.concatenate(_PARTS[1:], axis=-1))
+_LEVEL_PARTS = Form(_PART_FORM.table[..., 2::3])
 
 
 def paper_form(numbers: Sequence[float]) -> Form:

@@ -35,11 +35,12 @@ from gaitgraph.vehicle import PAPER, vehicle_named
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from gaitgraph.invertibility.matrices import BoolArray, IntArray
+    from gaitgraph.invertibility.matrices import BoolArray
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 Kind = Literal["servo", "drag"]
 
+_ANY_THRUST = 1e100  # of m·g, the limit of a vehicle that states none
 _LARGEST = {"servo": math.radians(89), "drag": 1.0}
 _BISECTIONS = 45
 _SLACK = 1e-9  # relative, more than rounding is off
@@ -167,7 +168,10 @@ def servo_margins_found(
     """
     search = _Search(postures, vehicle, floor, "servo")
     parts = np.split(postures, range(_POSTURES, len(postures), _POSTURES))
-    return np.concatenate([search.sizes_found(part, bisections) for part in parts])
+    sizes = [
+        search.sizes_found(part, bisections, search.signs_at(part)) for part in parts
+    ]
+    return np.concatenate(sizes)
 
 
 class Boxes(NamedTuple):
@@ -204,7 +208,7 @@ class _Hover:
         self.level = level_of(rotors_of(vehicle))
         self.floor = floor
         self.drag_ratio = vehicle.drag_ratio
-        self.most = math.inf
+        self.most = _ANY_THRUST
         if vehicle.thrust_share is not None:
             self.most = vehicle.thrust_share
 
@@ -214,39 +218,27 @@ class _Hover:
         torque = np.einsum("ifj,jik->kfi", self.level.drag_columns, sines.u)
         return np.asarray(self.level.matrix(sines) + torque * drag[:, None])
 
-    def broken(self, matrices: FloatArray, sign: float) -> IntArray:
-        """Return the numbers of the conditions that matrices, shape (..., 4, 4), break: see `reasons`; 0 for none."""
-        determinants = np.linalg.det(matrices) * sign
-        inverses, shares = self._inverses(matrices)
-        least = 1 / np.linalg.norm(inverses, 2, axis=(-2, -1))
-        broken = [
-            determinants <= 0,
-            (shares <= 0).any(axis=-1),
-            (shares > self.most).any(axis=-1),
-            least < self.floor,
-        ]
-        return np.asarray(np.select(broken, [1, 2, 3, 4]))
-
-    def flies(self, matrices: FloatArray, sign: FloatArray | float) -> BoolArray:
-        """Return whether matrices, shape (k, 4, 4), break no condition, as :meth:`broken` says, but quicker."""
+    def broken(self, matrices: FloatArray, sign: FloatArray | float) -> BoolArray:
+        """Return which of the conditions in `reasons` matrices, shape (k, 4, 4), break, shape (4, k)."""
         rows = np.moveaxis(matrices, 0, -1).copy()
         thrusts = _minors_of_last_row(rows) * sign
         lift = (thrusts * rows[3]).sum(axis=0)
         thrusts *= self.level.rotors.thrust_signs[:, None]
-        holds: BoolArray = (lift > 0) & (thrusts > 0).all(axis=0)
-        if self.most < math.inf:
-            holds &= (thrusts <= self.most * lift).all(axis=0)
-        if self.floor > 0:
-            gram = np.einsum("ijk,ljk->ilk", rows, rows)
-            gram[range(4), range(4)] -= self.floor**2
-            holds &= _is_positive_definite(gram)
-        return holds
+        gram = np.einsum("ijk,ljk->ilk", rows, rows)
+        gram[range(4), range(4)] -= self.floor**2
+        return np.array(
+            [
+                lift <= 0,
+                (thrusts <= 0).any(axis=0),
+                (thrusts > self.most * lift).any(axis=0),
+                ~_is_positive_definite(gram) & (self.floor > 0),
+            ]
+        )
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """The conditions in words, by their numbers."""
+        """The conditions in words."""
         return (
-            "",
             "the decoupling matrix is singular",
             "a hover thrust is not positive",
             f"a hover thrust is above {self.most:.3g} of m·g",
@@ -299,12 +291,12 @@ class _Hover:
 
 
 class _Found(NamedTuple):
-    """Errors of a size that break a condition, by its number, at a place of the gait counted in segments."""
+    """Errors of a size that break the condition in `reason`, if any, at a place of the gait counted in segments."""
 
     size: float
     at: float
     errors: FloatArray
-    condition: int
+    reason: str
 
 
 class _Search:
@@ -316,8 +308,12 @@ class _Search:
         self.points = tilt_angles(points).reshape(-1, 4)
         self.hover = _Hover(vehicle_named(vehicle), checked_floor(floor))
         self.kind = kind
-        first = self.hover.matrices(self.points[:1], np.zeros((1, 4)))
-        self.sign = float(np.sign(np.linalg.det(first))[0])
+        self.sign = float(self.signs_at(self.points[:1])[0])
+
+    def signs_at(self, points: FloatArray) -> FloatArray:
+        """Return the sign of R at points, shape (k,)."""
+        matrices = self.hover.matrices(points, np.zeros_like(points))
+        return np.asarray(np.sign(np.linalg.det(matrices)))
 
     def margin(self, tolerance: float) -> ErrorMargin:
         """Return the margin; see :func:`servo_margin`."""
@@ -329,7 +325,7 @@ class _Search:
         least = self._found(np.unique(parts))
         while least.size:
             target = least.size
-            if least.condition:
+            if least.reason:
                 target *= 1 - tolerance
             parts = parts[~self._kept(parts, target)]
             if not len(parts) or self._half_width(parts) <= tolerance * target * scale:
@@ -342,11 +338,11 @@ class _Search:
         segment = min(int(least.at), max(len(self.points) - 2, 0))
         return ErrorMargin(
             proven=proven,
-            found=least.size if least.condition else None,
+            found=least.size if least.reason else None,
             errors=least.errors,
             segment=segment,
             fraction=least.at - segment,
-            reason=self.hover.reasons[least.condition],
+            reason=least.reason,
         )
 
     def bears(self, size: float) -> bool:
@@ -358,17 +354,15 @@ class _Search:
             if not len(parts):
                 return True
             at_ends = self._at(np.unique(parts))
-            zero, errors = np.zeros_like(at_ends), np.full_like(at_ends, size)
-            _, at_corners = self.hover.kept(Boxes(at_ends, zero, errors, zero))
+            boxes = self._boxes(at_ends, np.zeros_like(at_ends), size)
+            _, at_corners = self.hover.kept(boxes)
             if not at_corners.all():
                 return False
             if self._half_width(parts) <= PROOF / 2 * size:
                 break
             parts = _halved(parts)
         # Then boxes are cut where they are not proven, which is near few corners.
-        center, half = self._hulls(parts)
-        zero = np.zeros_like(center)
-        boxes = Boxes(center, zero, half + size, zero)
+        boxes = self._boxes(*self._hulls(parts), size)
         left = _MOST_BOXES
         while len(boxes.angle) <= left:
             left -= len(boxes.angle)
@@ -412,13 +406,14 @@ class _Search:
 
     def _kept(self, parts: FloatArray, size: float, cuts: int = 0) -> BoolArray:
         """Return whether parts are proven to bear errors of a size, boxes being cut some times, shape (k,)."""
-        center, half = self._hulls(parts)
-        zero, errors = np.zeros_like(center), np.full_like(center, size)
+        return self._are_kept(self._boxes(*self._hulls(parts), size), cuts)
+
+    def _boxes(self, center: FloatArray, half: FloatArray, size: float) -> Boxes:
+        """Return boxes of postures, of which errors of a size are wider."""
+        zero = np.zeros_like(center)
         if self.kind == "servo":
-            boxes = Boxes(center, zero, half + errors, zero)
-        else:
-            boxes = Boxes(center, zero, half, errors)
-        return self._are_kept(boxes, cuts)
+            return Boxes(center, zero, half + size, zero)
+        return Boxes(center, zero, half, zero + size)
 
     def _are_kept(self, boxes: Boxes, cuts: int) -> BoolArray:
         kept, at_corners = self.hover.kept(boxes)
@@ -445,54 +440,51 @@ class _Search:
 
     def _found(self, places: FloatArray) -> _Found:
         """Return the smallest errors, of the corners of boxes, that were found to break a condition at some places."""
-        signs = np.full(len(places), self.sign)
-        sizes = self.sizes_found(self._at(places), _BISECTIONS, signs)
+        points = self._at(places)
+        sizes = self.sizes_found(points, _BISECTIONS, self.sign)
         worst = int(sizes.argmin())
-        beyond = sizes[[worst]]
-        if beyond < _LARGEST[self.kind]:
-            beyond = beyond * (1 + _SLACK)  # rounding hides it at the size itself
-        conditions = self._broken(self._at(places[[worst]]), beyond)[0]
-        corner = int((conditions > 0).argmax())
-        size, errors = float(sizes[worst]), np.zeros(4)
-        if conditions[corner]:
-            errors = size * _CORNERS[corner]
-        return _Found(size, float(places[worst]), errors, int(conditions[corner]))
+        size = float(sizes[worst])
+        beyond = size
+        if size < _LARGEST[self.kind]:
+            beyond *= 1 + _SLACK  # rounding hides it at the size itself
+        broken = self._broken(points[[worst]], np.array([beyond]), self.sign)[:, 0]
+        if not broken.any():
+            return _Found(size, float(places[worst]), np.zeros(4), "")
+        corner = int(broken.any(axis=0).argmax())
+        reason = self.hover.reasons[int(broken[:, corner].argmax())]
+        return _Found(size, float(places[worst]), size * _CORNERS[corner], reason)
 
     def sizes_found(
-        self, points: FloatArray, bisections: int, sign: FloatArray | None = None
+        self, points: FloatArray, bisections: int, sign: FloatArray | float
     ) -> FloatArray:
         """Return the smallest errors of corners of boxes that break a condition at points (k, 4), shape (k,).
 
-        R has the `sign` at each, by default that of its own.
+        R has the `sign`, at each or at all of them.
         """
-        if sign is None:
-            matrices = self.hover.matrices(points, np.zeros_like(points))
-            sign = np.sign(np.linalg.det(matrices))
         low = np.zeros(len(points))
         high = np.full(len(points), _LARGEST[self.kind])
-        flies = self.hover.flies(self._corners(points, low), np.repeat(sign, 16))
-        high[~flies.reshape(-1, 16).all(axis=1)] = 0.0
-        for _ in range(bisections):
+        middle = low
+        for _ in range(bisections + 1):
+            is_broken = self._broken(points, middle, sign).any(axis=(0, 2))
+            high = np.where(is_broken, middle, high)
+            low = np.where(is_broken, low, middle)
             middle = (low + high) / 2
-            matrices = self._corners(points, middle)
-            flies = self.hover.flies(matrices, np.repeat(sign, 16))
-            is_borne = flies.reshape(-1, 16).all(axis=1)
-            high = np.where(is_borne, high, middle)
-            low = np.where(is_borne, middle, low)
         return high
 
-    def _broken(self, points: FloatArray, sizes: FloatArray) -> IntArray:
-        """Return the numbers of the conditions that the corners of boxes around points break, shape (k, 16)."""
-        matrices = self._corners(points, sizes)
-        return self.hover.broken(matrices, self.sign).reshape(-1, 16)
-
-    def _corners(self, points: FloatArray, sizes: FloatArray) -> FloatArray:
-        """Return the matrices at the corners of boxes around points, one box after the other, shape (16 k, 4, 4)."""
+    def _broken(
+        self, points: FloatArray, sizes: FloatArray, sign: FloatArray | float
+    ) -> BoolArray:
+        """Return which conditions the corners of boxes around points break, shape (4, k, 16)."""
         angle = np.repeat(points, 16, axis=0)
-        errors = np.repeat(sizes, 16)[:, None] * np.tile(_CORNERS, (len(points), 1))
+        errors = (sizes[:, None, None] * _CORNERS).reshape(-1, 4)
+        drag = np.zeros_like(errors)
         if self.kind == "servo":
-            return self.hover.matrices(angle + errors, np.zeros_like(errors))
-        return self.hover.matrices(angle, errors)
+            angle += errors
+        else:
+            drag = errors
+        signs = np.repeat(np.broadcast_to(sign, len(points)), 16)
+        broken = self.hover.broken(self.hover.matrices(angle, drag), signs)
+        return broken.reshape(4, -1, 16)
 
 
 def _minors_of_last_row(rows: FloatArray) -> FloatArray:

@@ -43,20 +43,10 @@ class Sines(NamedTuple):
     def of(cls, alpha: FloatArray) -> Sines:
         """Return those of points, shape (k, 4) [rad]."""
         rows = np.ascontiguousarray(alpha.T)
-        return cls.made(rows, np.array([np.cos(rows), np.sin(rows)]))
-
-    @classmethod
-    def made(cls, alpha: FloatArray, u: FloatArray) -> Sines:
-        """Return those of angles and their u."""
+        u = np.array([np.cos(rows), np.sin(rows)])
         first = u[:, None, 0] * u[:, 1]
         second = u[:, None, 2] * u[:, 3]
-        return cls(alpha, u, first.reshape(4, -1), second.reshape(4, -1))
-
-    def turned(self, joint: int) -> Sines:
-        """Return those with one angle a quarter turn further, whose forms are derivatives."""
-        u = self.u.copy()
-        u[0, joint], u[1, joint] = -self.u[1, joint], self.u[0, joint]
-        return Sines.made(self.alpha, u)
+        return cls(rows, u, first.reshape(4, -1), second.reshape(4, -1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +78,20 @@ class Form:
 
     def slopes(self, sines: Sines) -> FloatArray:
         """Return the derivatives with respect to each angle, per radian, shape (4, q, k)."""
-        slopes = np.zeros((4, self.table.shape[-1], sines.alpha.shape[1]))
+        values = self._derivatives.at(sines)
+        return values.reshape(4, self.table.shape[-1], -1)
+
+    @cached_property
+    def _derivatives(self) -> Form:
+        """The form of the derivatives, side by side: that of c·cos α + s·sin α is s·cos α − c·sin α."""
+        tables = []
         for joint in range(4):
-            if self.table.shape[joint] == 2:
-                slopes[joint] = self.at(sines.turned(joint))
-        return slopes
+            turned = np.flip(self.table, joint).swapaxes(0, joint).copy()
+            turned[1:] *= -1.0
+            if len(turned) == 1:
+                turned[:] = 0.0
+            tables.append(turned.swapaxes(0, joint))
+        return Form(np.concatenate(tables, axis=-1))
 
     def phasors(self) -> tuple[FloatArray, npt.NDArray[np.complex128]]:
         """Return the sinusoids of which the forms are sums, Re a·exp(ik·α): k, shape (h, 4), and a, shape (h, q).
@@ -231,6 +230,11 @@ class Level:
     def direction(self) -> Form:
         """The form of v = (−Rθ, Rφ, R), exact."""
         return Form(self._tables[1])
+
+    @cached_property
+    def lift(self) -> Form:
+        """The form of R alone."""
+        return Form(self.direction.table[..., 2:])
 
     @cached_property
     def inputs(self) -> tuple[Form, ...]:

@@ -319,7 +319,7 @@ def shares_at(sines: Sines, level: Level) -> FloatArray:
     """Return :func:`hover_thrust_shares` at points, shape (4, k)."""
     thrust = level.rotors.thrust_signs[:, None] * level.inputs_at(sines)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(thrust / level.direction.at(sines)[2])
+        return np.asarray(thrust / level.lift.at(sines)[0])
 
 
 def hover_power(alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER) -> FloatArray:
@@ -330,26 +330,21 @@ def hover_power(alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER) -> FloatArra
     >>> hover_power([[0, 0, 0, 0], [-0.6, 0.6, -0.6, 0.6]]).round(4).tolist()
     [1.0, 1.3337]
     """
-    shape, sines = sines_of(alpha)
-    return hover_power_at(sines, level_of_vehicle(vehicle)).reshape(shape)
+    vehicle = vehicle_named(vehicle)
+    shares = np.moveaxis(hover_thrust_shares(alpha, vehicle), -1, 0)
+    return np.asarray(power_of_shares(shares, level_of_vehicle(vehicle)))
 
 
-def hover_power_at(sines: Sines, level: Level) -> FloatArray:
-    """Return :func:`hover_power` at points, shape (k,)."""
-    return _power_at(sines, level) / _power_upright(level)
+def power_of_shares(shares: FloatArray, level: Level) -> FloatArray:
+    """Return :func:`hover_power` of hover thrusts in units of m·g, shape (4, ...)."""
+    upward = np.where(shares > 0, shares, np.nan)
+    return np.asarray(np.sum(upward * np.sqrt(upward), axis=0) / _power_upright(level))
 
 
 @lru_cache(maxsize=32)
 def _power_upright(level: Level) -> float:
-    return float(_power_at(Sines.of(np.zeros((1, 4))), level)[0])
-
-
-def _power_at(sines: Sines, level: Level) -> FloatArray:
-    """Return Σ f^1.5 in hover of thrusts f in units of m·g, NaN where they are not all positive, shape (k,)."""
-    shares = shares_at(sines, level)
-    upward = np.maximum(shares, 0.0)
-    power = np.sum(upward * np.sqrt(upward), axis=0)
-    return np.where((shares > 0).all(axis=0), power, np.nan)
+    shares = shares_at(Sines.of(np.zeros((1, 4))), level)
+    return float(np.sum(shares * np.sqrt(np.maximum(shares, 0.0))))
 
 
 def mean_hover_powers(

@@ -22,7 +22,6 @@ from gaitgraph.invertibility.forms import (
     Bends,
     FloatArray,
     Form,
-    Level,
     Rotors,
     Sines,
     level_of,
@@ -74,6 +73,16 @@ class Points:
     def sines(self) -> Sines:
         """The sines of four tilt angles."""
         return Sines.of(self.rows)
+
+    def at(self, form: Form) -> FloatArray:
+        """Return the values of forms, shape (q, k), which several quantities may need."""
+        if form not in self._values:
+            self._values[form] = form.at(self.sines)
+        return self._values[form]
+
+    @cached_property
+    def _values(self) -> dict[Form, FloatArray]:
+        return {}
 
 
 class Quantity(Protocol):
@@ -328,19 +337,18 @@ def bends_of(form: Form) -> Bends:
 
 
 class LevelSign:
-    """sign·R, or sign times another form, for each of some signs."""
+    """sign·R."""
 
-    def __init__(
-        self, of: Coefficients | Form, signs: Sequence[float] = (1.0, -1.0)
-    ) -> None:
-        self.form = of if isinstance(of, Form) else of.level_form
+    count = 1
+
+    def __init__(self, coefficients: Coefficients, sign: float) -> None:
+        self.form = coefficients.level_form
         self.bends = bends_of(self.form)
-        self.signs = np.array(signs)[:, None]
-        self.count = len(signs)
+        self.sign = sign
 
     def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return sign·R."""
-        return np.asarray(self.signs * self.form.at(points.sines))
+        return self.sign * points.at(self.form)
 
     def bounds(
         self, first: FloatArray, last: FloatArray, p0: FloatArray, p1: FloatArray
@@ -359,7 +367,7 @@ def least_level_determinant(
     **options: Any,
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
-    quantity = LevelSign(coefficients, (sign,))
+    quantity = LevelSign(coefficients, sign)
     return least_of_each(starts, ends, [quantity], [tolerance], **options)[0]
 
 
@@ -432,17 +440,17 @@ class SingularValue:
 
     def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return the least singular values, infinite where above the least one, and lower bounds of them."""
-        below, near = self.up_to(points.sines, least[0])
+        below, near = self.up_to(points, least[0])
         values = np.full(len(below), np.inf)
         values[near] = below[near]
         return np.array([values, below])
 
     def up_to(
-        self, sines: Sines, most: FloatArray
+        self, points: Points, most: FloatArray
     ) -> tuple[FloatArray, npt.NDArray[np.intp]]:
         """Return lower bounds at points, shape (k,), and the numbers of those that are the values: of all up to `most`."""
-        matrix = self.level.matrix(sines)
-        determinant = self.size * np.abs(self.level.direction.at(sines)[2])
+        matrix = self.level.matrix(points.sines)
+        determinant = self.size * np.abs(points.at(self.level.lift)[0])
         squares = np.einsum("kij,kij->k", matrix, matrix)
         below = determinant * (3.0 / squares) ** 1.5
         below = np.maximum((1 - 1e-12) * below - _ROUNDED, 0.0)
@@ -498,16 +506,14 @@ class _Thrusts:
     """Zero-moment inputs of rotors, in the sense of thrusts, and R: their quotients are the shares of the weight."""
 
     def __init__(self, rotors: Rotors) -> None:
-        level: Level = level_of(rotors)
         self.signs = rotors.thrust_signs[:, None]
-        self.level = level
-        self.form = Form(level.direction.table[..., 2:])
-        self.bends = Bends(*level.inputs, self.form)
+        self.level = level_of(rotors)
+        self.bends = Bends(*self.level.inputs, self.level.lift)
 
-    def at(self, sines: Sines) -> FloatArray:
+    def at(self, points: Points) -> FloatArray:
         """Return the four thrusts times R, and R, shape (5, k)."""
-        thrusts = self.signs * self.level.inputs_at(sines)
-        return np.concatenate([thrusts, self.form.at(sines)])
+        thrusts = self.signs * self.level.inputs_at(points.sines)
+        return np.concatenate([thrusts, points.at(self.level.lift)])
 
 
 class HoverShares(_Thrusts):
@@ -517,7 +523,7 @@ class HoverShares(_Thrusts):
 
     def state(self, points: Points, least: FloatArray) -> FloatArray:
         """Return both, the thrusts times R, and R."""
-        rows = self.at(points.sines)
+        rows = self.at(points)
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = rows[:4] / rows[4]
         least_share = np.nan_to_num(shares.min(axis=0), nan=-np.inf)
@@ -561,7 +567,7 @@ class _UpwardThrust(_Thrusts):
     count = 1
 
     def state(self, points: Points, least: FloatArray) -> FloatArray:
-        thrusts = self.at(points.sines)[:4]
+        thrusts = self.at(points)[:4]
         value = np.maximum(thrusts.min(axis=0), -thrusts.max(axis=0))
         return np.concatenate([value[None], thrusts])
 

@@ -17,9 +17,13 @@ import shapely
 from gaitgraph.angles import HALF_PI, angle_within, checked_floor
 from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
+from gaitgraph.invertibility.forms import level_of, rotors_of
 from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
-from gaitgraph.invertibility.segment_bounds import segments_fly, singular_quantity
+from gaitgraph.invertibility.segment_bounds import (
+    Points,
+    segments_fly,
+    singular_quantity,
+)
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.region import Condition, Region, region_of
 from gaitgraph.surface.sheets import RELATION, SIGNS
@@ -240,7 +244,7 @@ class _Conditions:
         alpha = np.hstack([centers, self.sheet.angles(*centers.T)])
         turned = np.hstack([np.full(centers.shape, reach), opposite])
         change = np.linalg.norm(self.rates * turned, axis=1)
-        size, _ = self.singular_value.up_to(Sines.of(alpha), self.floor + change)
+        size, _ = self.singular_value.up_to(Points(alpha), self.floor + change)
         R = level_determinant(alpha, self.coefficients)
         # An angle that turns by π turns the sign of R, without which R keeps it where the matrix is invertible.
         signs[left] = np.sign(R) * ((least > 0) & (size > change))

@@ -277,6 +277,11 @@ class JudgedGait:
         return np.asarray(form.at(self.segments.sines)[0])
 
     @cached_property
+    def shares(self) -> FloatArray:
+        """The hover thrusts at the points, as shares of the weight, shape (4, n)."""
+        return shares_at(self.segments.sines, level_of_vehicle(self.criteria.vehicle))
+
+    @cached_property
     def sign(self) -> float:
         """The sign of the gait: that of R where |R| at a point is largest."""
         return _sign_of(self.level)
@@ -300,8 +305,8 @@ class JudgedGait:
         width = 1e-6 if criteria.beside else 1e-4
         names = ["level", "exact_level", "singular_value"]
         quantities: list[Quantity] = [
-            LevelSign(criteria.coefficients, (self.sign,)),
-            LevelSign(criteria.exact, (self.exact_sign,)),
+            LevelSign(criteria.coefficients, self.sign),
+            LevelSign(criteria.exact, self.exact_sign),
             singular_quantity(criteria.vehicle),
         ]
         tolerances = [1e-6, 1e-6, width]
@@ -309,8 +314,7 @@ class JudgedGait:
             names.append("residual")
             quantities.append(Residual(criteria.coefficients))
             tolerances.append(criteria.tolerance / 100)
-        level = level_of_vehicle(criteria.vehicle)
-        if not self.on_blue and (shares_at(segments.sines, level) > 0).all():
+        if not self.on_blue and (self.shares > 0).all():
             names += ["least_share", "minus_largest_share"]
             quantities.append(share_quantity(criteria.vehicle))
             tolerances.append(width)

@@ -10,11 +10,11 @@ import numpy as np
 from gaitgraph.angles import distance_to_multiple, figure, figures_apart
 from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.invertibility.matrices import (
-    hover_power_at,
     hover_thrust_shares,
     level_of_vehicle,
     mean_hover_powers,
     noise_of,
+    power_of_shares,
 )
 from gaitgraph.invertibility.segment_bounds import (
     Least,
@@ -290,11 +290,12 @@ def _notes_on_thrust(
     )
 
 
-def mean_hover_power(segments: Segments, vehicle: Vehicle) -> float | None:
+def mean_hover_power(gait: JudgedGait) -> float | None:
     """Return the rotors' mean power in hover, relative to that at α = 0, over time or else length; None if not finite."""
+    segments, vehicle = gait.segments, gait.criteria.vehicle
     starts, steps = segments.starts, segments.ends - segments.starts
     length = np.linalg.norm(steps, axis=-1)
-    at_points = hover_power_at(segments.sines, level_of_vehicle(vehicle))
+    at_points = power_of_shares(gait.shares, level_of_vehicle(vehicle))
     powers = (at_points[:-1] + at_points[1:]) / 2
     long = length > _SHORT
     if long.any():
@@ -436,7 +437,7 @@ def report_of(
     power: float | None = None
     over: Literal["time", "length"] = "length"
     if shares is not None:
-        power = mean_hover_power(segments, vehicle)
+        power = mean_hover_power(gait)
         if segments.t is not None:
             over = "time"
     unlimited = [
