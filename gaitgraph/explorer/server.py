@@ -138,30 +138,24 @@ class Job:
             advice = "use fewer waypoints, polygons or rows, or the command line"
             raise HTTPException(503, f"{limit}; {advice}")
 
-    def _run(self, work: Callable[[], Any]) -> Any:
+    def run(self, work: Work, request: Request, body: bytes) -> Any:
+        """Return the answer to a request. The work may call `check` seldom, so it is called before and after."""
         self._end = time.monotonic() + LONGEST_WORK
         self.check()
-        answer = work()
-        self.check()  # the work may not have called it for a while
+        answer = work(request, body, self.check)
+        self.check()
         return answer
 
-    async def _watch(self, request: Request) -> None:
-        message = await request.receive()
+    async def watch(self, request: Request) -> None:
+        """Wait until the client disconnects."""
+        message = {"type": ""}
         while message["type"] != "http.disconnect":
             message = await request.receive()
-        self._is_gone.set()
+        self.stop()
 
-    async def answer(
-        self, request: Request, slots: asyncio.Semaphore, work: Callable[[], Any]
-    ) -> Any:
-        """Return what the work returns, done in a thread when a slot is free."""
-        watching = asyncio.ensure_future(self._watch(request))
-        try:
-            async with slots:
-                return await asyncio.to_thread(self._run, work)
-        finally:
-            self._is_gone.set()
-            watching.cancel()
+    def stop(self) -> None:
+        """Let the work end at its next check."""
+        self._is_gone.set()
 
 
 async def body_of(request: Request) -> bytes:
@@ -247,9 +241,13 @@ def _handler(
         job = Job()
         try:
             body = await body_of(request)
-            answer = await job.answer(
-                request, slots, lambda: work(request, body, job.check)
-            )
+            watching = asyncio.ensure_future(job.watch(request))
+            try:
+                async with slots:
+                    answer = await asyncio.to_thread(job.run, work, request, body)
+            finally:
+                job.stop()  # also when the server ends
+                watching.cancel()
         except ClientDisconnect:  # nobody reads this
             return _refusal(400, "the client disconnected before its request was whole")
         except HTTPException:

@@ -125,9 +125,19 @@ def write_flight_film(flight: Flight, path: Path) -> None:
         for name, color, width in (("roll", INK, 1.5), ("pitch", LINE_GREY, 2.5)):
             angles = np.degrees(flight.column(name))
             label = f"body {name}"
-            chart.plot(t, angles, color=color, linewidth=width, label=label)
+            chart.plot(
+                t,
+                angles,
+                color=color,
+                linewidth=width,
+                label=label,
+            )
         _finish_chart(chart, max(flight.flown, 1e-9), 5.0)
-        chart.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.02))
+        chart.legend(
+            ncols=2,
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.02),
+        )
 
         def draw(time: float) -> None:
             row = int(np.searchsorted(t, time + 1e-12)) - 1
@@ -182,7 +192,13 @@ def _film_axes(title: str, vehicle: Vehicle, zoom: float = 1.0) -> tuple[Axes, A
 
     figure = Figure(figsize=(_WIDTH / 100, _HEIGHT / 100), dpi=100)
     place = (16 / _WIDTH, 1 - 19 / _HEIGHT)
-    figure.text(*place, title, va="center", fontsize=10, color=INK)
+    figure.text(
+        *place,
+        title,
+        va="center",
+        fontsize=10,
+        color=INK,
+    )
     picture = figure.add_axes(_PICTURE)
     low, high = vehicle_view(np.zeros(4), vehicle).limits
     size = np.array([_PICTURE[2] * _WIDTH, _PICTURE[3] * _HEIGHT])
@@ -207,7 +223,12 @@ def _finish_chart(ax: Axes, end: float, step: float) -> None:
     ax.set_yticks([-most, 0.0, most], [f"−{most:g}°", "0", f"{most:g}°"])
     ax.tick_params(length=0, labelcolor=LINE_GREY)
     ax.spines[["top", "right", "bottom"]].set_visible(False)
-    ax.axhline(0.0, color=PALE, linewidth=0.8, zorder=0)
+    ax.axhline(
+        0.0,
+        color=PALE,
+        linewidth=0.8,
+        zorder=0,
+    )
 
 
 def _draw_ground(ax: Axes, here: Any) -> None:
@@ -269,7 +290,12 @@ def _write(
         palette = images[0] if images else None
         images.append(image.quantize(palette=palette, dither=Dither.NONE))
     options = {"duration": 1000 // RATE, "loop": 0, "comment": about}
-    images[0].save(path, save_all=True, append_images=images[1:], **options)
+    images[0].save(
+        path,
+        save_all=True,
+        append_images=images[1:],
+        **options,
+    )
 
 
 def flight_view(flight: Flight, row: int) -> VehicleView:

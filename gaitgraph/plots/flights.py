@@ -136,7 +136,13 @@ def _mark_phases(ax: Axes, flight: Flight, end: float, *, named: bool) -> None:
     phases = zip(course.phases, begins, np.minimum(ends, end), strict=True)
     for number, (phase, begin, until) in enumerate(phases):
         if begin < until and number % 2:
-            ax.axvspan(begin, until, color="0.94", linewidth=0.0, zorder=0)
+            ax.axvspan(
+                begin,
+                until,
+                color="0.94",
+                linewidth=0.0,
+                zorder=0,
+            )
         if begin < until and named:
             place = ax.get_xaxis_transform()
             ax.text(begin, 0.03, f" {phase}", color=base.GREY, transform=place)
@@ -181,7 +187,12 @@ def _draw_thrusts(ax: Axes, flight: Flight) -> None:
             base.draw_limit(ax, most / quarter, "limits")
     if np.abs(shares).max(initial=0.0) > _MOST_SHARES:
         ax.set_yscale("symlog", linthresh=4.0)
-    ax.axhline(1.0, color=base.GREY, linewidth=0.7, zorder=0)
+    ax.axhline(
+        1.0,
+        color=base.GREY,
+        linewidth=0.7,
+        zorder=0,
+    )
 
 
 def _draw_tilts(ax: Axes, flight: Flight) -> None:

@@ -112,7 +112,14 @@ def gait_loop(
         if band:
             look = {"color": _PALE[color]}
         height = 1.2 if band else 4
-        ax.plot(x, y, linewidth=width, zorder=height, label=label, **look)
+        ax.plot(
+            x,
+            y,
+            linewidth=width,
+            zorder=height,
+            label=label,
+            **look,
+        )
         label = None
         begin = end
     steps = ends - starts
@@ -192,7 +199,14 @@ def draw_attitudes(
         return
     line: dict[str, Any] = {"color": color, "linestyle": dash}
     # For the legend.
-    ax.fill([], [], fc=(color, 0.12), ec=color, linestyle=dash, label=label)
+    ax.fill(
+        [],
+        [],
+        fc=(color, 0.12),
+        ec=color,
+        linestyle=dash,
+        label=label,
+    )
     for _, curve in robustness.curves:
         if curve.kind == "curve":
             roll, pitch = curve.points().T
@@ -205,7 +219,14 @@ def draw_attitudes(
     border = shapely.line_merge(polygon.exterior.intersection(_INSIDE))
     for part in shapely.get_parts(border):
         roll, pitch = shapely.get_coordinates(part).T
-        ax.plot(roll, pitch, linewidth=2.0, gid="border", zorder=3, **line)
+        ax.plot(
+            roll,
+            pitch,
+            linewidth=2.0,
+            gid="border",
+            zorder=3,
+            **line,
+        )
 
 
 def _finish_diagram(ax: Axes, *, columns: int = 2) -> None:
@@ -314,7 +335,11 @@ def _draw_set(axes: Sequence[Axes], timed: TimedGait, name: str) -> None:
     base.draw_limit(least, DEFAULT_FLOOR, f"floor {DEFAULT_FLOOR:g}")
     least.set_ylim(0.0, max(0.6, 1.1 * values.max()))
     for ax, label in ((thrusts, "hover thrust (m·g)"), (least, "least singular value")):
-        ax.set(xlabel="$t$ (s)", ylabel=label, xlim=(0.0, timed.period))
+        ax.set(
+            xlabel="$t$ (s)",
+            ylabel=label,
+            xlim=(0.0, timed.period),
+        )
         ax.grid(True)
     for ax in (loop, tilts, thrusts, least):
         base.legend_below(ax, columns=2)
@@ -405,7 +430,12 @@ def _draw_gait_on_map(gait: Gait, ax: Axes, zones: Zones | None = None) -> str:
         sign = "negative"
     words = _draw_map(ax, gait.vehicle, gait.color, sign, gait.coefficients, zones)
     label = f"gait, {gait.sheet_in_words}"
-    gait_loop(gait, label=label, width=2.2, ax=ax)
+    gait_loop(
+        gait,
+        label=label,
+        width=2.2,
+        ax=ax,
+    )
     end = max(HALF_PI, float(np.abs(gait.alpha[:, :2]).max()))
     ax.set(xlim=(-end, end), ylim=(-end, end))
     return words
@@ -427,7 +457,14 @@ def _(plan: Plan, ax: Axes) -> str:
                 base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])
     look: dict[str, Any] = {"fillstyle": "none", "label": "waypoints"}
     for x, y in plan.waypoints:
-        ax.plot(x, y, "ko", markersize=7, zorder=5, **look)
+        ax.plot(
+            x,
+            y,
+            "ko",
+            markersize=7,
+            zorder=5,
+            **look,
+        )
     return f"{words}; rings: waypoints"
 
 
@@ -570,7 +607,14 @@ def _draw_map(
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
     for corners in zones.keep_out if zones else ():
         x, y = np.transpose(corners)
-        ax.fill(x, y, fc="white", ec=base.GREY, hatch="///", label="keep out")
+        ax.fill(
+            x,
+            y,
+            fc="white",
+            ec=base.GREY,
+            hatch="///",
+            label="keep out",
+        )
     return words
 
 
@@ -606,7 +650,13 @@ def _draw_checks(report: Report, ax: Axes) -> None:
     for label, check in zip(ax.get_yticklabels(), report.checks, strict=True):
         label.set_color(base.PALETTE[_MARKS[check.mark][0]][0])
     ax.tick_params(axis="y", length=0)
-    ax.axvline(1.0, color="black", linewidth=0.8, linestyle="--", zorder=0)
+    ax.axvline(
+        1.0,
+        color="black",
+        linewidth=0.8,
+        linestyle="--",
+        zorder=0,
+    )
     ax.xaxis.set_major_formatter(PercentFormatter(1.0))
     ax.set(
         xlim=(0.0, 1.5),

@@ -272,7 +272,14 @@ def adjacency_rule(
     for ends in combinations(types, 2):
         if sheets.types_may_be_adjacent(*(types[kind] for kind in ends)):
             x, y = np.transpose([places[kind] for kind in ends])
-            ax.plot(x, y, color="0.35", linewidth=1.2, zorder=1, gid=" ".join(ends))
+            ax.plot(
+                x,
+                y,
+                color="0.35",
+                linewidth=1.2,
+                zorder=1,
+                gid=" ".join(ends),
+            )
     for kind, place in places.items():
         ink, face, shape = "black", "white", "round"
         if "+" in kind and "?" not in kind:
@@ -282,7 +289,11 @@ def adjacency_rule(
         box = {"boxstyle": f"{shape},pad=0.5", "edgecolor": "0.35", "facecolor": face}
         base.draw_label(ax, place, kind.replace("-", "−"), ink, bbox=box, zorder=3)
     ax.set_axis_off()
-    ax.set(aspect="equal", xlim=(-1.45, 1.45), ylim=(-1.35, 1.35))
+    ax.set(
+        aspect="equal",
+        xlim=(-1.45, 1.45),
+        ylim=(-1.35, 1.35),
+    )
     return ax
 
 
@@ -422,7 +433,14 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
             label="hover, thrusts > 0",
             gid="hover",
         )
-    ax.plot(0, 0, "k+", markersize=7, zorder=6, label="all upright")
+    ax.plot(
+        0,
+        0,
+        "k+",
+        markersize=7,
+        zorder=6,
+        label="all upright",
+    )
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
     base.legend_below(ax, columns=2)
     return ax
@@ -441,7 +459,13 @@ def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
         ax.contour(
             axis, axis, values.T, [0.0], colors="black", linewidths=1.4, zorder=4
         )
-    ax.plot([], [], color="black", linewidth=1.4, label="$R=0$")
+    ax.plot(
+        [],
+        [],
+        color="black",
+        linewidth=1.4,
+        label="$R=0$",
+    )
 
 
 def servo_margin_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:

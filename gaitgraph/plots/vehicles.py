@@ -34,7 +34,12 @@ _DISC, _STALK, _THRUST, _NOSE, _LABEL = 0.5, 0.1, 0.62, 0.34, 0.24  # in arm len
 _AROUND = np.linspace(0.0, math.tau, 73)[:, None]  # the angles of a drawn circle
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(
+    frozen=True,
+    slots=True,
+    kw_only=True,
+    eq=False,
+)
 class VehicleView(Record):
     """A vehicle seen from one direction; positions are from its centre of mass, to the right and upwards."""
 
@@ -143,7 +148,15 @@ def draw_vehicle(ax: Axes, seen: VehicleView) -> None:
     centre = (0.0, 0.0)
     for end in (*seen.arms, centre):
         _line(ax, seen.hub, end, 3.6)
-    draw_arrow(ax, centre, seen.nose, INK, width=1.5, size=8, zorder=2)
+    draw_arrow(
+        ax,
+        centre,
+        seen.nose,
+        INK,
+        width=1.5,
+        size=8,
+        zorder=2,
+    )
     _line(ax, centre, centre, 1.0, INK, marker="o", markersize=8.0)
     for rotor in seen.order:
         middle = seen.centres[rotor]
@@ -167,19 +180,36 @@ def draw_vehicle(ax: Axes, seen: VehicleView) -> None:
 def show_whole(ax: Axes, seen: VehicleView) -> None:
     """Scale axes so that a vehicle fits, and hide their frame."""
     (left, bottom), (right, top) = seen.limits
-    ax.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+    ax.set(
+        xlim=(left, right),
+        ylim=(bottom, top),
+        aspect="equal",
+    )
     ax.set_axis_off()
 
 
 def _disc(ax: Axes, rim: FloatArray, color: str) -> None:
-    ax.fill(*rim.T, facecolor=color, edgecolor=INK, linewidth=0.9, zorder=2)
+    ax.fill(
+        *rim.T,
+        facecolor=color,
+        edgecolor=INK,
+        linewidth=0.9,
+        zorder=2,
+    )
 
 
 def _line(
     ax: Axes, start: Any, end: Any, width: float, color: str = LINE_GREY, **look: Any
 ) -> None:
     x, y = np.array([start, end]).T
-    ax.plot(x, y, color=color, linewidth=width, zorder=2, **look)
+    ax.plot(
+        x,
+        y,
+        color=color,
+        linewidth=width,
+        zorder=2,
+        **look,
+    )
 
 
 _GREY = "0.35"
@@ -224,7 +254,16 @@ def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> A
 
 
 def _draw_axis_out_of_the_page(ax: Axes, place: Any, size: float) -> None:
-    _line(ax, place, place, 0.8, "black", marker="o", markersize=size, mfc="white")
+    _line(
+        ax,
+        place,
+        place,
+        0.8,
+        "black",
+        marker="o",
+        markersize=size,
+        mfc="white",
+    )
     _line(ax, place, place, 0.8, "black", marker=".", markersize=size / 2)
 
 
@@ -234,7 +273,13 @@ def _draw_arc(
     """Draw an arrow along an arc from one angle to another [°]."""
     around = np.radians(np.linspace(*arc, 49))
     x, y = center[:, None] + radius * np.array([np.cos(around), np.sin(around)])
-    ax.plot(x, y, color=color, linewidth=1.0, zorder=3)
+    ax.plot(
+        x,
+        y,
+        color=color,
+        linewidth=1.0,
+        zorder=3,
+    )
     draw_arrow(ax, (x[-2], y[-2]), (x[-1], y[-1]), color, width=0.0, size=7)
 
 
