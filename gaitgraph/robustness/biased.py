@@ -100,13 +100,17 @@ class Robustness(Record):
         """The largest relative errors of the drag ratios that the gait bears in level flight."""
         return drag_margin(self.segments.alpha, self.vehicle, floor=self.floor)
 
-    def time_of(self, place: GaitPoint) -> float | None:
-        """Return when the gait is at a place, the first time if it comes back, to 1e-4 of its period [s]; None without timing."""
+    def found_at(self, margin: ErrorMargin) -> tuple[GaitPoint, float | None]:
+        """Return where errors beyond a margin do harm, and when, the first time if the gait comes back [s].
+
+        The time is to 1e-4 of the period; None without timing.
+        """
+        place = self.segments.place(margin.segment, margin.fraction)
         if self.motion is None:
-            return place.t
+            return place, place.t
         t = np.linspace(0.0, self.motion.period, _TIMES)
         alpha = self.motion.at(t).alpha * _factors_of_angles(self.scaling, self.factor)
-        return float(t[np.abs(alpha - place.alpha).max(axis=1).argmin()])
+        return place, float(t[np.abs(alpha - place.alpha).max(axis=1).argmin()])
 
     @property
     def tilt_margin(self) -> float | None:
@@ -183,24 +187,23 @@ class Robustness(Record):
             ("servo_margin", "_deg", math.degrees(1.0), self.servo_margin),
             ("drag_margin", "", 1.0, self.drag_margin),
         ):
-            found = None
-            where = None
-            time = None
-            reason = "no larger errors are searched"
-            if margin.found is not None:
-                found = scale * margin.found
-                place = self.segments.place(margin.segment, margin.fraction)
-                where = place.as_mapping()
-                time = self.time_of(place)
-                reason = margin.reason
+            key = f"{name}_found{unit}"
             answer |= {
                 f"{name}{unit}": scale * margin.proven,
-                f"{name}_found{unit}": found,
+                key: None,
                 f"{name}_errors{unit}": (scale * margin.errors).tolist(),
-                f"{name}_where": where,
-                f"{name}_t": time,
-                f"{name}_reason": reason,
+                f"{name}_where": None,
+                f"{name}_t": None,
+                f"{name}_reason": "no larger errors are searched",
             }
+            if margin.found is not None:
+                place, time = self.found_at(margin)
+                answer |= {
+                    key: scale * margin.found,
+                    f"{name}_where": place.as_mapping(),
+                    f"{name}_t": time,
+                    f"{name}_reason": margin.reason,
+                }
         return answer
 
     def __repr__(self) -> str:
@@ -312,12 +315,11 @@ def _error_margins_in_words(one: Robustness) -> list[str]:
             text += ", the most that is searched"
         else:
             found = math.ceil(10 * scale * margin.found) / 10
-            place = one.segments.place(margin.segment, margin.fraction)
-            time = one.time_of(place)
+            place, time = one.found_at(margin)
+            text += f"; with {found:.1f}{unit}, at "
             if time is not None:
-                text += f"; with {found:.1f}{unit}, at t = {time:.4g} s, {place}, {margin.reason}"
-            else:
-                text += f"; with {found:.1f}{unit}, at {place}, {margin.reason}"
+                text += f"t = {time:.4g} s, "
+            text += f"{place}, {margin.reason}"
         lines.append(text)
     return lines
 
@@ -483,12 +485,9 @@ def _least_singular_value(
 def _spread(segments: Segments, count: int) -> list[GaitPoint]:
     """Return places spread evenly along a closed gait; one if the gait is a point."""
     size = np.linalg.norm(segments.ends - segments.starts, axis=1)
-    before = np.concatenate([[0.0], np.cumsum(size)])
-    if not before[-1]:
+    gone = np.append(0.0, np.cumsum(size))
+    if gone[-1] == 0:
         return [segments.place(0)][:count]
-    at = np.arange(count) * (float(size.sum()) / max(count, 1))
-    segment = np.minimum(np.searchsorted(before, at, side="right") - 1, len(size) - 1)
-    fraction = np.minimum(
-        (at - before[segment]) / np.maximum(size[segment], 1e-300), 1.0
-    )
+    at = np.arange(count) * (gone[-1] / max(count, 1))
+    segment, fraction = np.divmod(np.interp(at, gone, np.arange(len(gone))), 1.0)
     return list(map(segments.place, segment.tolist(), fraction.tolist()))
