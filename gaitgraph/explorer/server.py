@@ -148,7 +148,7 @@ class Job:
 
     async def watch(self, request: Request) -> None:
         """Wait until the client disconnects."""
-        message = {"type": ""}
+        message: Any = {"type": ""}
         while message["type"] != "http.disconnect":
             message = await request.receive()
         self.stop()
