@@ -279,6 +279,50 @@ def test_the_certificate_beside_a_table_belongs_to_its_rows_and_vehicle(
     assert "does not belong to these rows" in shown(run("validate", "q.csv"))
 
 
+def test_another_vehicle_is_told_by_the_moments_of_its_rotors(
+    planned: Path, run: Any
+) -> None:
+    other = f"drag_ratio = {gg.PAPER.drag_ratio + 0.01!r}\n"
+    (planned / "other.toml").write_text(other)
+    answer = shown(run("validate", "q.csv", "--vehicle", "other.toml"))
+    assert "moments of rotors differ by up to 0.01 arm lengths" in answer
+
+
+def test_stamps_of_a_bag_are_whole_nanoseconds(planned: Path) -> None:
+    """Between them the angles of a row go farther than certificate and curve are apart, but not a microradian."""
+    pytest.importorskip("rosbags", reason="install gaitgraph[ros]")
+    gait = gg.lift(LOOP, "red")
+    certificate = gg.certify(gait.parametrize(1.0))
+    gait.parametrize(1.0, samples=7).write(planned / "q.mcap")
+    assert gg.certificates.verify(certificate, planned / "q.mcap")
+    late = gait.parametrize(1.0 + 3e-7, samples=7)
+    late.write(planned / "late.mcap")
+    found = gg.certificates.verify(certificate, planned / "late.mcap")
+    assert found.off.startswith("row 2, t = 0.142857")
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ("t,alpha1,alpha2,alpha3,alpha4\n0,0.4,-1.2,0.4,x\n", "alpha4"),
+        ("alpha1,alpha2,alpha3,alpha4\n0.4,-1.2,0.4,-1.2\n", None),
+        ("t,alpha1,alpha2,color\n0,0.4,-1.2,red\n1,0.4,-1.2,red\n", None),
+    ],
+)
+def test_a_table_must_have_what_is_compared(
+    planned: Path, text: str, field: str | None
+) -> None:
+    (planned / "x.csv").write_text(text)
+    with pytest.raises(InputError) as caught:
+        gg.certificates.verify(planned / "q.cert.json", planned / "x.csv")
+    assert caught.value.field == field
+    back = "t,alpha1,alpha2,alpha3,alpha4\n1,0.4,-1.2,0.4,-1.2\n0,0.4,-1.2,0.4,-1.2\n"
+    (planned / "back.csv").write_text(back)
+    found = gg.certificates.verify(planned / "q.cert.json", planned / "back.csv")
+    assert not found
+    assert "row 2: t must be at least 1e-09 s after the row before" in found.off
+
+
 def test_plans_near_their_limits_are_certified_by_the_command(
     planned: Path, run: Any
 ) -> None:
