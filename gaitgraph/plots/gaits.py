@@ -65,7 +65,7 @@ if TYPE_CHECKING:
 # "none": off the surfaces
 _DASHES: dict[str, Any] = {"red": "-", "blue": (0, (3, 1.2)), "none": (0, (1, 1))}
 _PALE = {"red": "#fcd4cd", "blue": "#9fb3e8", "none": "0.8"}
-_SIDE = HALF_PI - 1e-6
+_SIDE = HALF_PI - 1e-5
 _INSIDE = shapely.box(-_SIDE, -_SIDE, _SIDE, _SIDE)
 """The roll–pitch square without its sides."""
 _MOST_SHOWN = 60  # parts of a region
