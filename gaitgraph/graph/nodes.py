@@ -52,15 +52,18 @@ class Nodes(NamedTuple):
         """The points (α1, α2), shape (n, 2) [rad]."""
         return self.alpha[:, :2]
 
+    @property
+    def colors(self) -> list[str]:
+        """The color of each node."""
+        return list(np.where(self.red, "red", "blue").tolist())
+
     def ids(self) -> Iterator[str]:
         """Yield the id of each node, as the contract of :mod:`gaitgraph.graph.build` has it."""
         numbers: dict[tuple[float, ...], int] = {}  # of waypoints, in their order
         copies: Counter[str] = Counter()
         places = self.plane.tolist()
-        for place, is_red, (i, j) in zip(
-            places, self.red, self.cell.tolist(), strict=True
-        ):
-            color = "red" if is_red else "blue"
+        cells = self.cell.tolist()
+        for place, color, (i, j) in zip(places, self.colors, cells, strict=True):
             if i >= 0:
                 yield f"{i:03} {j:03} {color}"
                 continue
@@ -71,13 +74,18 @@ class Nodes(NamedTuple):
 
     def attributes(self, *, with_types: bool) -> Iterator[dict[str, Any]]:
         """Yield the attributes of each node; without types for a curved sheet, which has no planes."""
-        for k, angles in enumerate(self.alpha.tolist()):
+        for angles, types, color, R in zip(
+            self.alpha.tolist(),
+            self.types.tolist(),
+            self.colors,
+            self.R.tolist(),
+            strict=True,
+        ):
             node: dict[str, Any] = dict(zip(ANGLES, angles, strict=True))
             if with_types:
-                third, fourth = self.types[k].tolist()
-                node["types"] = text_from_types(third, fourth)
-            node["color"] = "red" if self.red[k] else "blue"
-            node["R"] = float(self.R[k])
+                node["types"] = text_from_types(*types)
+            node["color"] = color
+            node["R"] = R
             yield node
 
 
@@ -177,18 +185,13 @@ def checked_waypoints(
         raise wrong("waypoints", f"must be at most {most}", len(value))
     points = []
     for number, angles in enumerate(value, start=1):
-        given = len(angles) if is_list(angles) else 0
-        if given != 2:
-            why = "; α3 and α4 follow from the color" if given == 4 else ""
-            raise wrong(
-                f"waypoint {number}",
-                "must be [alpha1, alpha2]",
-                angles,
-                why,
-                field="waypoints",
-                row=number,
-            )
         with of_field("waypoints", row=number):
+            if not is_list(angles) or len(angles) != 2:
+                why = ""
+                if is_list(angles) and len(angles) == 4:
+                    why = "; α3 and α4 follow from the color"
+                rule = "must be [alpha1, alpha2]"
+                raise wrong(f"waypoint {number}", rule, angles, why)
             first = angle_within(angles[0], f"waypoint {number} alpha1")
             second = angle_within(angles[1], f"waypoint {number} alpha2")
         points.append((first, second))
