@@ -362,15 +362,12 @@ class _Stated:
         alpha = self.gait.alpha
         is_smooth = False
         curve = getattr(timed, "curve", None)
-        pieces = getattr(timed, "pieces", None)
-        if hasattr(timed, "tilts"):
-            powers, widths = timed.tilts, timed.widths
+        tilts = getattr(timed, "tilts", None)
+        if tilts is not None:
+            powers, widths = tilts, timed.widths
         elif curve is not None:
             widths = np.diff(curve.breaks)
             powers = _by_share(curve.pieces, widths)
-        elif pieces is not None:
-            widths = np.diff(timed.corner_times)
-            powers = _by_share(pieces, widths)
         else:
             step = np.roll(alpha, -1, axis=0) - alpha
             powers = np.stack([step, alpha])

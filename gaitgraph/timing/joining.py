@@ -32,7 +32,7 @@ from gaitgraph.gait.table import (
     completed_table,
 )
 from gaitgraph.records import Record
-from gaitgraph.timing.polynomials import times_from
+from gaitgraph.timing.polynomials import quintics, times_from
 from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import (
     JOINED,
@@ -84,8 +84,15 @@ def played(
         return motion
     rows = completed_table(table, vehicle=vehicle, coefficients=coefficients)
     rates = np.column_stack([rows[name] for name in RATES])
-    derivatives = np.stack([rates, accelerations_of(rows)], axis=1)
-    return replace(motion, row_derivatives=derivatives)
+    known = np.stack(
+        [
+            np.vstack([motion.gait.alpha, motion.gait.alpha[:1]]),
+            rates,
+            accelerations_of(rows),
+        ]
+    )
+    tilts = quintics(known[:, :-1], known[:, 1:], np.diff(motion.times))
+    return replace(motion, tilts=tilts)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gaitgraph.arrays import read_only
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.timing.laws import LAWS
-from gaitgraph.timing.polynomials import derivative_of, located, values_of
+from gaitgraph.timing.polynomials import derivative_of, located, quintics, values_of
 from gaitgraph.timing.timed_gait import RowTimedGait, TimedGait
 
 if TYPE_CHECKING:
@@ -26,22 +25,21 @@ if TYPE_CHECKING:
     from gaitgraph.surface.curved import CurvedSheet
 
 _STRAIGHT = 1e-6  # change of the direction of (α1, α2) that is no corner
-_HALVINGS = 60  # of a share of time, down to rounding
 
 
 def gait_with_law(gait: Gait, period: float, law: str, samples: int) -> TimedGait:
     """Return a gait with a law over a period; `smooth` runs along its sheet if the rows of the gait follow that."""
     if law != "smooth" or not is_lifted(gait):
         return TimedGait(gait=gait, period=period, law=law, samples=samples)
-    times, derivatives = _motion_of(gait, period)
+    times, tilts = _motion_of(gait, period)
     return RowTimedGait(
         gait=gait,
         period=period,
         law=law,
         samples=samples,
-        times=read_only(times),
+        times=times,
         law_stated=True,
-        row_derivatives=derivatives,
+        tilts=tilts,
     )
 
 
@@ -127,21 +125,16 @@ def _derivatives(
 
 
 def _through(breaks: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Return the polynomials of degree five with angles and two derivatives at both ends, shape (6, n, 4)."""
-    from scipy.interpolate import BPoly, PPoly
-
-    step = np.diff(breaks)[:, None] / 5
-    control = []
-    for (alpha, slope, bend), side in ((starts, step), (ends, -step)):
-        near = alpha + side * slope
-        control.append([alpha, near, near + side * slope + side**2 * bend * 5 / 4])
-    first, last = control
-    through = BPoly(np.array([*first, *last[::-1]]), breaks)
-    return np.asarray(PPoly.from_bernstein_basis(through).c)
+    """Return the polynomials of degree five in powers of s with angles and two derivatives at both ends."""
+    width = np.diff(breaks)
+    powers = np.arange(5, -1, -1)[:, None]
+    return quintics(starts, ends, width) / (width**powers)[..., None]
 
 
 def _motion_of(gait: Gait, period: float) -> tuple[FloatArray, FloatArray]:
-    """Return the times of rows, the first again at the end, shape (n + 1,), and both derivatives, shape (n + 1, 2, 4)."""
+    """Return the times of rows, the first again at the end, and all angles between them, see :class:`RowTimedGait`."""
+    from scipy.special import betaincinv
+
     path = path_of(gait)
     corners = path.corners
     lengths = np.linalg.norm(gait.ends - gait.alpha, axis=1)
@@ -150,23 +143,13 @@ def _motion_of(gait: Gait, period: float) -> tuple[FloatArray, FloatArray]:
     legs = np.diff(path.breaks[ends])
     leg = np.repeat(np.arange(len(corners)), np.diff(ends))
     share = (path.breaks[:-1] - path.breaks[corners][leg]) / legs[leg]
-    tau = _time_share(share)
+    # The minimum-jerk polynomial is the beta distribution with both parameters 3.
+    tau = betaincinv(3, 3, share)
     _, speed, rise = LAWS["smooth"].motion(tau)
     speed = (speed * legs[leg] / durations[leg])[:, None]
     rise = (rise * legs[leg] / durations[leg] ** 2)[:, None]
-    _, slope, bend = path.starts
-    derivatives = np.stack([slope * speed, slope * rise + bend * speed**2], axis=1)
-    starts = np.cumsum(durations) - durations
-    times = np.append(starts[leg] + tau * durations[leg], period)
-    return times, np.concatenate([derivatives, derivatives[:1]])
-
-
-def _time_share(share: FloatArray) -> FloatArray:
-    """Return the shares of the time from rest to rest at which shares of the way are passed."""
-    low, high = np.zeros(len(share)), np.ones(len(share))
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        is_early = LAWS["smooth"].motion(middle)[0] < share
-        low = np.where(is_early, middle, low)
-        high = np.where(is_early, high, middle)
-    return np.where(share > 0, high, 0.0)
+    alpha, slope, bend = path.starts
+    starts = np.stack([alpha, slope * speed, slope * rise + bend * speed**2])
+    begins = np.cumsum(durations) - durations
+    times = np.append(begins[leg] + tau * durations[leg], period)
+    return times, quintics(starts, np.roll(starts, -1, axis=1), np.diff(times))

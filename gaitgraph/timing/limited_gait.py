@@ -13,12 +13,7 @@ from gaitgraph.arrays import read_only
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.timing.curve import Curve, Rounding, lifted
-from gaitgraph.timing.polynomials import (
-    derivative_of,
-    located,
-    peaks_of,
-    values_of,
-)
+from gaitgraph.timing.polynomials import peaks_of, value_at
 from gaitgraph.timing.timed_gait import Motion, TimedGait
 
 if TYPE_CHECKING:
@@ -131,17 +126,14 @@ class LimitedGait(TimedGait):
 
     def derivative(self, t: npt.ArrayLike, order: int) -> FloatArray:
         """Return a derivative of the tilt angles at times of shape (...) [s]; the third one jumps at knots."""
-        interval, local = located(self.corner_times, t)
-        h, gait = self.widths[interval], self.gait
-        by_share = values_of(derivative_of(self.tilts, order)[:, interval], local / h)
-        tilts = by_share / h[..., None] ** order
+        gait = self.gait
+        tilts = value_at(self.tilts, self.corner_times, self.widths, t, order)
         color = gait.color or "red"
         return lifted(tilts, color, gait.alpha[0, :2], gait.coefficients, order)
 
     def peaks_between_knots(self, order: int) -> FloatArray:
         """Return upper bounds of a derivative of `tilts` between knots, shape (m, 2) or (m, 4)."""
-        by_share = peaks_of(self.tilts, np.ones(len(self.widths)), order)
-        return by_share / self.widths[:, None] ** order
+        return peaks_of(self.tilts, self.widths, order)
 
     def peaks(self, order: int) -> FloatArray:
         """Return upper bounds from Bernstein coefficients; they are the sharper the more knots there are."""

@@ -54,13 +54,51 @@ def bends_of(pieces: FloatArray, width: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(control, axis=-1).max(axis=0))
 
 
-def peaks_of(pieces: FloatArray, width: FloatArray, order: int) -> FloatArray:
-    """Return an upper bound of the size of a derivative on each interval, shape (k, …).
+def value_at(
+    tilts: FloatArray,
+    times: FloatArray,
+    width: FloatArray,
+    t: npt.ArrayLike,
+    order: int,
+) -> FloatArray:
+    """Return a derivative, at any times, of polynomials of the share of each interval, shape (..., d).
+
+    The intervals are between the `times` of one period, and `width` is how long they are.
+    """
+    interval, local = located(times, t)
+    h = width[interval]
+    by_share = values_of(derivative_of(tilts, order)[:, interval], local / h)
+    return by_share / h[..., None] ** order
+
+
+def peaks_of(tilts: FloatArray, width: FloatArray, order: int) -> FloatArray:
+    """Return an upper bound of the size of a derivative of such polynomials on each interval, shape (k, d).
 
     It is attained as intervals shrink, at second order.
     """
-    control = bernstein_from_power(derivative_of(pieces, order), width)
-    return np.asarray(np.abs(control).max(axis=0))
+    by_share = bernstein_from_power(derivative_of(tilts, order), np.ones(len(width)))
+    return np.asarray(np.abs(by_share).max(axis=0) / width[:, None] ** order)
+
+
+def quintics(starts: FloatArray, ends: FloatArray, width: FloatArray) -> FloatArray:
+    """Return polynomials of degree five in powers of the share of each interval, shape (6, n, d).
+
+    `starts` and `ends` are the value and two derivatives at both ends of each interval, shape (3, n, d).
+    """
+    scale = width[:, None] ** np.arange(3)[:, None, None]
+    value, slope, bend = starts * scale
+    last, slope_after, bend_after = ends * scale
+    step = last - value
+    return np.stack(
+        [
+            6 * step - 3 * (slope + slope_after) + (bend_after - bend) / 2,
+            -15 * step + 8 * slope + 7 * slope_after + 1.5 * bend - bend_after,
+            10 * step - 6 * slope - 4 * slope_after + (bend_after - 3 * bend) / 2,
+            bend / 2,
+            slope,
+            value,
+        ]
+    )
 
 
 def times_from(

@@ -608,10 +608,8 @@ def _fastest_on_lines(route: _Route) -> LimitedGait:
 def _smooth_on_sheet(route: _Route, corners: Sequence[int]) -> LimitedGait:
     """Return the gait along its curved sheet with the law `smooth` on each leg between corners."""
     motion: Any = gait_with_law(route.gait, 1.0, "smooth", 1)
-    widths = np.diff(motion.times)
-    powers = np.arange(5, -1, -1)[:, None]
-    tilts = motion.pieces * (widths**powers)[..., None]
-    return route.kept_by_leg(route.with_law(widths, tilts), corners)
+    law = route.with_law(np.diff(motion.times), motion.tilts)
+    return route.kept_by_leg(law, corners)
 
 
 def _corrected(

@@ -44,11 +44,10 @@ from gaitgraph.timing.laws import (
     LawName,
 )
 from gaitgraph.timing.polynomials import (
-    derivative_of,
     located,
     peaks_of,
     times_from,
-    values_of,
+    value_at,
 )
 from gaitgraph.tolerances import ROUND_OFF
 from gaitgraph.vehicle import four_of, scale_of, tighter_of
@@ -397,16 +396,16 @@ class RowTimedGait(TimedGait):
 
     `times` are those of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s]. Where the
     table is not `closed`, its last row not the first again, one more segment leads back. `law_stated` is whether the
-    file states the law that its rows sample, as that of ``pace`` does, and their period. With
-    `row_derivatives`, the rates [rad/s] and accelerations [rad/s²] at the rows, shape (n + 1, 2, 4), it is a polynomial
-    of degree five between rows instead of straight. The rows of a gait along a curved sheet follow from its law, which
-    is one of :data:`gaitgraph.timing.laws.LAWS`; the law of other rows is :data:`ROW_BY_ROW`.
+    file states the law that its rows sample, as that of ``pace`` does, and their period. `tilts` are the angles between
+    rows as polynomials of the share of time that has passed, highest power first, shape (6, n, 4); None where they are
+    straight. The rows of a gait along a curved sheet follow from its law, which is one of
+    :data:`gaitgraph.timing.laws.LAWS`; the law of other rows is :data:`ROW_BY_ROW`.
     """
 
     times: FloatArray
     closed: bool = True
     law_stated: bool = False
-    row_derivatives: FloatArray | None = None
+    tilts: FloatArray | None = None
 
     @property
     def made_from(self) -> dict[str, Any]:
@@ -417,15 +416,8 @@ class RowTimedGait(TimedGait):
 
     def with_period(self, period: float) -> Self:
         """Return the rows at times in proportion, over another period [s]."""
-        slower = period / self.period
-        times = self.times * slower
-        times.flags.writeable = False
-        derivatives = self.row_derivatives
-        if derivatives is not None:
-            derivatives = derivatives / np.array([[slower], [slower**2]])
-        return replace(
-            self, period=float(period), times=times, row_derivatives=derivatives
-        )
+        times = self.times * (period / self.period)
+        return replace(self, period=float(period), times=times)
 
     @property
     def corner_times(self) -> FloatArray:
@@ -433,33 +425,22 @@ class RowTimedGait(TimedGait):
         return self.times
 
     @property
-    def pieces(self) -> FloatArray | None:
-        """Polynomials in powers of the time since each row, highest first, shape (6, n, 4); None where it is straight."""
-        if self.row_derivatives is None:
-            return None
-        from scipy.interpolate import BPoly, PPoly
-
-        rows = np.vstack([self.gait.alpha, self.gait.alpha[:1]])
-        known = np.concatenate([rows[:, None], self.row_derivatives], axis=1)
-        through = BPoly.from_derivatives(self.times, known)
-        return np.asarray(PPoly.from_bernstein_basis(through).c)
+    def widths(self) -> FloatArray:
+        """How long each row lasts, shape (n,) [s]."""
+        return np.diff(self.times)
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""
-        pieces = self.pieces
-        if pieces is None:
+        if self.tilts is None:
             return TimedGait.at(self, t)
-        piece, local = located(self.times, t)
-        return Motion(
-            *(values_of(derivative_of(pieces, k)[:, piece], local) for k in range(3))
-        )
+        tilts, times, widths = self.tilts, self.times, self.widths
+        return Motion(*(value_at(tilts, times, widths, t, k) for k in range(3)))
 
     def peaks(self, order: int) -> FloatArray:
         """Return the largest size of a derivative of each angle, or a bound of it; see :meth:`TimedGait.peaks`."""
-        pieces = self.pieces
-        if pieces is None:
+        if self.tilts is None:
             return TimedGait.peaks(self, order)
-        return np.asarray(peaks_of(pieces, np.diff(self.times), order).max(axis=0))
+        return np.asarray(peaks_of(self.tilts, self.widths, order).max(axis=0))
 
     def check(self, **options: Unpack[later.CheckOptions]) -> later.Report:
         """Return every check of the rows; see :func:`gaitgraph.validation.validating.validate`.
@@ -474,9 +455,10 @@ class RowTimedGait(TimedGait):
         columns |= zip(ANGLES, rows.T, strict=True)
         if gait.colors:
             columns["color"] = (*gait.colors, gait.colors[0])
-        if self.row_derivatives is not None:
-            columns |= zip(RATES, self.row_derivatives[:, 0].T, strict=True)
-            columns |= zip(ACCELERATIONS, self.row_derivatives[:, 1].T, strict=True)
+        if self.tilts is not None:
+            _, rates, accelerations = self.at(self.times)
+            columns |= zip(RATES, rates.T, strict=True)
+            columns |= zip(ACCELERATIONS, accelerations.T, strict=True)
         return later.validate(
             Table(columns=columns),
             vehicle=gait.vehicle,
