@@ -49,10 +49,10 @@ _GROWTH = 0.3
 _RISE = 1e-3
 _BRIEF = 1e-6
 
-_UNLIMITED = 1e30  # in place of infinity, which times zero is not a number
-_ROUNDS = 100  # of passes; two are enough unless the narrowest point is narrowed
 _PROGRAMMES = 10  # twice as many as most laws need
 _SETTLED = 1e-3  # share of the time that a programme must gain for another one
+_UNLIMITED = 1e30  # in place of infinity, which times zero is not a number
+_ROUNDS = 100  # of passes; two are enough unless the narrowest point is narrowed
 # As multiples of the solution before: where the time 1/√b is replaced by tangents, which together are within 5 % of it
 # from 0.34 to 2.2, and a lower bound of b, so that it stays positive.
 _TANGENTS = (0.5, 1.0, 1.6)
@@ -394,119 +394,110 @@ def _passed(bounds: FloatArray, up: _Lines, down: _Lines) -> FloatArray:
 # -- Under a jerk limit
 
 
-class JerkProgrammes:
-    """Linear programmes for ever faster laws under limits of rate, acceleration and jerk at the nodes of a grid.
+def speeds_under_jerk(
+    grid: Grid,
+    squared: FloatArray,
+    limits: FloatArray,
+    progress: Callable[[str], None] | None,
+) -> Speeds | None:
+    """Return the speeds of the law after which another linear programme gains little.
 
-    The variables are b = ṡ², s̈ and a bound of 1/√b at the nodes. Between nodes the laws may exceed limits a little.
+    `squared` is ṡ² of some slower law, and `limits` are those at the nodes, shape (3, n, joints). The last solution is
+    returned where a programme has none, and None if that is the first. Between nodes the law may exceed limits a little.
     """
-
-    def __init__(self, grid: Grid, progress: Callable[[str], None] | None) -> None:
-        from scipy import sparse
-
-        self.grid = grid
-        self.progress = progress
-        self.solved = 0
-        width = grid.width
-        n = len(width)
-        self.around = (width + np.roll(width, 1)) / 2
-        self.here = sparse.identity(n, format="csr")
-        self.none = sparse.csr_matrix((n, n))
-        self.after = self.here[np.roll(np.arange(n), -1)]
-        self.slope = sparse.diags(1.0 / width) @ (self.after - self.here)
-        # b grows by the trapezoidal integral of 2s̈.
-        both = sparse.diags(width) @ (self.here + self.after)
-        self.grows = sparse.hstack([self.after - self.here, -both, self.none])
-
-    def settled(self, squared: FloatArray, limits: FloatArray) -> Speeds | None:
-        """Return the speeds of the law after which another programme gains little.
-
-        `squared` is ṡ² of some slower law, and `limits` are those at the nodes, shape (3, n, 2). The last solution is
-        returned where a programme has none, and None if that is the first.
-        """
-        settled = None
-        for _ in range(_PROGRAMMES):
-            self.solved += 1
-            if self.progress is not None:
-                self.progress(
-                    f"programme {self.solved} under the jerk limit, {len(squared)} nodes"
-                )
-            solution = self._solution(squared, limits)
-            if solution is None:
-                break
-            settled, before = solution, squared
-            squared = solution[0]
-            if self._time(squared) > (1 - _SETTLED) * self._time(before):
-                break
-        return settled
-
-    def _time(self, squared: FloatArray) -> float:
-        return float((self.around * squared**-0.5).sum())
-
-    def _solution(self, b: FloatArray, limits: FloatArray) -> Speeds | None:
-        """Return the speeds of the fastest law, with tangents at the squared speeds of the law before; None if none."""
-        from scipy import sparse
-        from scipy.optimize import linprog
-
-        n = len(b)
-        rows, right = self._rows(b, limits)
-        # Relative to the solution before, so that the solver's absolute tolerances mean the same everywhere.
-        unit = sparse.diags(np.concatenate([b, b / self.around, b**-0.5]))
-        above: Any = sparse.diags(1.0 / np.abs(right)) @ rows @ unit
-        equal: Any = sparse.diags(1.0 / np.maximum(b, np.roll(b, -1)))
-        equal = equal @ self.grows @ unit
-        with np.errstate(divide="ignore"):
-            fastest = (limits[0] / np.abs(self.grid.derivative(1))) ** 2
-        infinite = np.full(n, np.inf)
-        low = np.concatenate([np.full(n, _LEAST), -infinite, np.zeros(n)])
-        high = np.concatenate([fastest.min(axis=1) / b, infinite, infinite])
-        bounds: Any = np.column_stack([low, high])
-        time = self.around * b**-0.5
-        solution = linprog(
-            np.concatenate([np.zeros(2 * n), time / time.sum()]),
-            A_ub=above.tocsr(),
-            b_ub=np.sign(right),
-            A_eq=equal.tocsr(),
-            b_eq=np.zeros(n),
-            bounds=bounds,
-            method="highs",
-        ).x
+    settled = None
+    around = (grid.width + np.roll(grid.width, 1)) / 2
+    for number in range(1, _PROGRAMMES + 1):
+        if progress is not None:
+            progress(f"programme {number} under the jerk limit, {len(squared)} nodes")
+        solution = _faster(grid, squared, limits)
         if solution is None:
-            return None
-        return solution[:n] * b, solution[n : 2 * n] * b / self.around
+            break
+        before = around @ squared**-0.5
+        settled = solution
+        squared, _ = solution
+        if around @ squared**-0.5 > (1 - _SETTLED) * before:
+            break
+    return settled
 
-    def _rows(self, b: FloatArray, limits: FloatArray) -> tuple[Any, FloatArray]:
-        """Return the rows of the limits and of the bounds of 1/√b, and their right sides."""
-        from scipy import sparse
 
-        diagonal, grid = sparse.diags, self.grid
-        first, second = grid.derivative(1), grid.derivative(2)
-        ends = [
-            (self.here, 0, grid.derivative(3)),
-            (self.after, -1, grid.derivative(3, at_end=True)),
-        ]
-        rows: list[Any] = []
-        right: list[FloatArray] = []
-        for joint in range(2):
-            one, two = first[:, joint], second[:, joint]
-            gained = sparse.hstack([diagonal(two), diagonal(one), self.none])
-            rows += [gained, -gained]
-            right += [limits[1][:, joint]] * 2
-            for pick, shift, third in ends:
-                known = np.roll(b, shift)
-                limit = np.roll(limits[2][:, joint], shift)
-                of_speed = diagonal(third[:, joint]) @ pick
-                bends = 3.0 * diagonal(np.roll(two, shift)) @ pick
-                bends = bends + diagonal(np.roll(one, shift)) @ self.slope
-                tangent = diagonal(0.5 * limit * known**-1.5) @ pick
-                rows += [
-                    sparse.hstack([tangent + of_speed, bends, self.none]),
-                    sparse.hstack([tangent - of_speed, -bends, self.none]),
-                ]
-                right += [1.5 * limit * known**-0.5] * 2
-        for share in _TANGENTS:
-            at = share * b
-            rows.append(
-                sparse.hstack([diagonal(-0.5 * at**-1.5), self.none, -self.here])
-            )
-            right.append(-1.5 * at**-0.5)
-        return sparse.vstack(rows), np.concatenate(right)
+def _faster(grid: Grid, squared: FloatArray, limits: FloatArray) -> Speeds | None:
+    """Return the solution of the linear programme with tangents at a law before, None if it has none.
+
+    Its variables are b = ṡ², s̈ and a bound of 1/√b at the nodes.
+    """
+    from scipy import sparse
+    from scipy.optimize import linprog
+
+    n = len(squared)
+    width = grid.width
+    around = (width + np.roll(width, 1)) / 2
+    at_start = sparse.identity(n, format="csr")
+    at_end = at_start[np.roll(np.arange(n), -1)]
+    # b grows by the trapezoidal integral of 2s̈.
+    gain = sparse.diags(width) @ (at_start + at_end)
+    grows = sparse.hstack([at_end - at_start, -gain, sparse.csr_matrix((n, n))])
+    rows, right = _rows_under_jerk(grid, squared, limits, at_start, at_end)
+    # Relative to the law before, so that the solver's absolute tolerances mean the same everywhere.
+    unit = sparse.diags(np.concatenate([squared, squared / around, squared**-0.5]))
+    above: Any = sparse.diags(1.0 / np.abs(right)) @ rows @ unit
+    equal: Any = sparse.diags(1.0 / np.maximum(squared, np.roll(squared, -1)))
+    equal = equal @ grows @ unit
+    with np.errstate(divide="ignore"):
+        fastest = ((limits[0] / np.abs(grid.derivative(1))) ** 2).min(axis=1)
+    bounds: Any = np.full((3 * n, 2), (-np.inf, np.inf))
+    bounds[:n] = np.column_stack([np.full(n, _LEAST), fastest / squared])
+    bounds[2 * n :, 0] = 0.0
+    time = around * squared**-0.5
+    solution = linprog(
+        np.concatenate([np.zeros(2 * n), time / time.sum()]),
+        A_ub=above.tocsr(),
+        b_ub=np.sign(right),
+        A_eq=equal.tocsr(),
+        b_eq=np.zeros(n),
+        bounds=bounds,
+        method="highs",
+    ).x
+    if solution is None:
+        return None
+    return solution[:n] * squared, solution[n : 2 * n] * squared / around
+
+
+def _rows_under_jerk(
+    grid: Grid, squared: FloatArray, limits: FloatArray, at_start: Any, at_end: Any
+) -> tuple[Any, FloatArray]:
+    """Return the rows of the limits and of the bounds of 1/√b, and their right sides.
+
+    `at_start` and `at_end` pick the values at the nodes of each interval.
+    """
+    from scipy import sparse
+
+    diagonal = sparse.diags
+    change = diagonal(1.0 / grid.width) @ (at_end - at_start)
+    first, second = grid.derivative(1), grid.derivative(2)
+    ends = [
+        (at_start, 0, grid.derivative(3)),
+        (at_end, -1, grid.derivative(3, at_end=True)),
+    ]
+    rows: list[Any] = []
+    right: list[FloatArray] = []
+    for joint in range(first.shape[1]):
+        slope, bend = first[:, joint], second[:, joint]
+        for sign in (1.0, -1.0):
+            rows.append([diagonal(sign * bend), diagonal(sign * slope), None])
+            right.append(limits[1][:, joint])
+        for pick, shift, third in ends:
+            known = np.roll(squared, shift)
+            limit = np.roll(limits[2][:, joint], shift)
+            tangent = diagonal(0.5 * limit * known**-1.5) @ pick
+            of_squared = diagonal(third[:, joint]) @ pick
+            of_rise = 3.0 * diagonal(np.roll(bend, shift)) @ pick
+            of_rise += diagonal(np.roll(slope, shift)) @ change
+            for sign in (1.0, -1.0):
+                rows.append([tangent + sign * of_squared, sign * of_rise, None])
+                right.append(1.5 * limit * known**-0.5)
+    for share in _TANGENTS:
+        at = share * squared
+        rows.append([diagonal(-0.5 * at**-1.5), None, -at_start])
+        right.append(-1.5 * at**-0.5)
+    return sparse.bmat(rows), np.concatenate(right)

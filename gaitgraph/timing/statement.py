@@ -29,13 +29,11 @@ from gaitgraph.gait.table import (
     Table,
     colors_of,
     even_times,
-    hover_thrust_columns,
     surface_of,
     tilt_angles,
     wrong_times,
     wrong_types,
 )
-from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import color_codes
 from gaitgraph.timing.joining import joined_again
@@ -199,31 +197,19 @@ def _first_difference(table: Table, motion: TimedGait) -> str:
         return "the rows have more than one color, the stated motion has one"
     first = len(table)
     difference = ""
-    at_rows = motion.at(motion.t)
-    R = np.asarray(level_determinant(at_rows.alpha, motion.gait.coefficients))
-    thrusts = hover_thrust_columns(at_rows.alpha, motion.gait.vehicle)
-    groups = [
-        (ANGLES, at_rows.alpha),
-        (RATES, at_rows.rates),
-        (ACCELERATIONS, at_rows.accelerations),
-        (("R",), R[:, None]),
-    ]
-    if thrusts:
-        groups.append((THRUSTS, np.column_stack([*thrusts.values()])))
-    for names, values in groups:
-        scale = _ROUND_OFF * (1.0 + np.abs(values).max())
-        for name, expected in zip(names, values.T, strict=True):
-            if name not in table:
-                continue
-            off = np.abs(table[name] - expected)
-            wrong = off > table.half_units(name) + scale
-            row = int(np.argmax(wrong))
-            if wrong[row] and row < first:
-                first = row
-                difference = (
-                    f"row {row + 1} has {name} = {table[name][row]:.9g}, the stated motion has {expected[row]:.9g} "
-                    f"there ({off[row]:.2g} apart)"
-                )
+    for name, expected in motion.columns.items():
+        if name in ("t", "color", "types") or name not in table:
+            continue
+        off = np.abs(table[name] - expected)
+        round_off = _ROUND_OFF * (1.0 + np.abs(expected).max())
+        wrong = off > table.half_units(name) + round_off
+        row = int(np.argmax(wrong))
+        if wrong[row] and row < first:
+            first = row
+            difference = (
+                f"row {row + 1} has {name} = {table[name][row]:.9g}, the stated motion has {expected[row]:.9g} "
+                f"there ({off[row]:.2g} apart)"
+            )
     if not difference and "types" in table and motion.gait.colors:
         wrong = wrong_types(table, color_codes(motion.gait.colors[:1] * len(table)))
         if wrong.any():
@@ -276,35 +262,35 @@ def _difference_from_request(table: Table, motion: TimedGait) -> str:
 def _first_misfit(table: Table) -> str:
     """Return the first row whose stated rates do not fit the angles beside it, "" if all do.
 
-    A rate fits within the slopes of the two segments beside its row, widened by the larger of their sizes, by the
-    largest change of slopes at its row and the rows beside it, and by what the digits allow. At the ends of an open table,
-    where one slope is not known, it is widened by the largest of that angle too.
+    The smallest and the largest of the four slopes around a row, two before and two after it, bound its rate, widened
+    by the largest of their sizes, by their range, and by what the digits allow.
     """
     if len(table) < 2 or not all(name in table for name in ("t", *RATES)):
         return ""
     step = np.diff(even_times(table))
-    alpha = tilt_angles(table)
-    closed = table.returns
-    for angle, name, values in zip(ANGLES, RATES, alpha.T, strict=True):
+    pad = "wrap" if table.returns else "edge"
+    for angle, name, values in zip(ANGLES, RATES, tilt_angles(table).T, strict=True):
         slope = np.diff(values) / step
         digits = table.half_units(angle)
         noise = (digits[1:] + digits[:-1]) / step
-        before = np.concatenate([slope[-1:] if closed else slope[:1], slope])
-        after = np.concatenate([slope, slope[:1] if closed else slope[-1:]])
-        loose = np.maximum(np.append(noise, noise[:1]), np.insert(noise, 0, noise[-1]))
-        size = np.maximum(np.abs(before), np.abs(after))
-        change = np.abs(after - before)
-        size += np.maximum.reduce([change, np.roll(change, 1), np.roll(change, -1)])
-        if not closed and len(slope) > 1:
-            size[[0, -1]] += np.abs(slope).max()
-        slack = size + loose + table.half_units(name) + 1e-9 * (1.0 + size)
+        slopes = _around_rows(slope, pad)
+        low, high = slopes.min(axis=1), slopes.max(axis=1)
+        slack = np.abs(slopes).max(axis=1) + (high - low)
+        slack += _around_rows(noise, pad).max(axis=1) + table.half_units(name)
+        slack += 1e-9 * (1.0 + slack)
         rate: FloatArray = table[name]
-        wrong = rate < np.minimum(before, after) - slack
-        wrong |= rate > np.maximum(before, after) + slack
+        wrong = (rate < low - slack) | (rate > high + slack)
         if wrong.any():
             row = int(np.argmax(wrong))
+            _, before, after, _ = slopes[row]
             return (
-                f"row {row + 1} states {name} = {rate[row]:.6g} rad/s, where the angle changes by {before[row]:.6g} "
-                f"rad/s before and {after[row]:.6g} rad/s after it"
+                f"row {row + 1} states {name} = {rate[row]:.6g} rad/s, where the angle changes by {before:.6g} "
+                f"rad/s before and {after:.6g} rad/s after it"
             )
     return ""
+
+
+def _around_rows(segments: FloatArray, pad: Any) -> FloatArray:
+    """Return the values of two segments before and two after each row, shape (rows, 4)."""
+    padded = np.pad(segments, 2, mode=pad)
+    return np.lib.stride_tricks.sliding_window_view(padded, 4)

@@ -33,11 +33,11 @@ from gaitgraph.timing.limited_gait import LimitedGait
 from gaitgraph.timing.limits import Limits, limits_of
 from gaitgraph.timing.node_laws import (
     Grid,
-    JerkProgrammes,
     Speeds,
     fastest_speeds,
     grid_along,
     rest_to_rest,
+    speeds_under_jerk,
 )
 from gaitgraph.timing.timed_gait import LONGEST, SHORTEST, checked_clock
 
@@ -417,28 +417,21 @@ class _Route:
         timed = self.with_law(np.array([period]), self.places[None, :1])
         return replace(timed, law="paced")
 
-    def kept(self, law: LimitedGait) -> LimitedGait:
-        """Return a law whose time is stretched or shortened until its peaks meet the limits."""
-        (factor,) = self._factors(law, [0])
-        widths = law.widths * (factor * (1.0 + _ROUND_OFF))
-        return replace(self.with_law(widths, law.tilts), stretch=factor - 1.0)
+    def kept(self, law: LimitedGait, legs: Sequence[int] = (0,)) -> LimitedGait:
+        """Return a law whose time is stretched or shortened until its peaks meet the limits, on each leg for itself.
 
-    def kept_by_leg(self, law: LimitedGait, legs: Sequence[int]) -> LimitedGait:
-        """Return the same with each leg stretched for itself; `legs` are the first intervals of all legs."""
-        intervals = np.diff([*legs, len(law.widths)])
-        factors = np.repeat(self._factors(law, legs), intervals)
-        return self.with_law(law.widths * (factors * (1.0 + _ROUND_OFF)), law.tilts)
-
-    def _factors(self, law: LimitedGait, legs: Sequence[int]) -> list[float]:
-        """Return by how much the time on each leg must be stretched for the peaks of a law to meet the limits."""
-        factors = [0.0] * len(legs)
+        `legs` are the first intervals of all legs; by default there is one.
+        """
+        factors = np.zeros(len(legs))
         for order, limit in enumerate(self.lowest_limits, start=1):
             peaks = law.peaks_between_knots(order)[:, self.moves]
             shares = (peaks / limit[self.moves]).max(axis=1)
-            largest = np.maximum.reduceat(shares, legs).tolist()
-            for leg, share in enumerate(largest):
-                factors[leg] = max(factors[leg], share ** (1.0 / order))
-        return factors
+            largest = np.maximum.reduceat(shares, legs)
+            factors = np.maximum(factors, largest ** (1.0 / order))
+        intervals = np.diff([*legs, len(law.widths)])
+        widths = law.widths * (np.repeat(factors, intervals) * (1.0 + _ROUND_OFF))
+        stretch = float(factors.max()) - 1.0
+        return replace(self.with_law(widths, law.tilts), stretch=stretch)
 
     def with_law(self, widths: FloatArray, tilts: FloatArray) -> LimitedGait:
         """Return the gait with a law given as `tilts` on intervals of time; its table has one interval."""
@@ -488,17 +481,24 @@ def _routes(
     known = limits or limits_of(gait.vehicle, origin.limits)
     if tolerance is None:
         tolerance = origin.rounding
+    if tolerance is None and gait.vehicle.asymmetry is not None:
+        return [_resting(gait, known)]
+    made = rounded(gait, SMALLEST if tolerance is None else tolerance)
+    is_on_line = made.deviation == 0  # it turns back on its line, and need not rest
+    bend = _Bend(made.curve.breaks, made.curve.pieces)
+    if tolerance is None and is_on_line:
+        corners = replace(made.gait, request=gait.request)
+        return [_Route(gait=corners, limits=known, bend=bend)]
     if tolerance is None:
-        return [_resting_or_turning(gait, known)]
-    made = rounded(gait, tolerance)
+        return [_resting(gait, known)]
     smooth = _Route(
         gait=replace(made.curve.polyline(), request=gait.request),
         limits=known,
-        bend=_Bend(made.curve.breaks, made.curve.pieces),
+        bend=bend,
         curve=made.curve,
         rounding=made,
     )
-    if made.deviation == 0:  # it turns back on its line, and never rests
+    if is_on_line:
         return [smooth]
     return [smooth, _resting(gait, known)]
 
@@ -511,18 +511,6 @@ def _resting(gait: Gait, limits: Limits) -> _Route:
         return _Route(gait=gait, limits=limits, bend=bend)
     corners = replace(gait.merged(), request=gait.request)
     return _Route(gait=corners, limits=limits)
-
-
-def _resting_or_turning(gait: Gait, limits: Limits) -> _Route:
-    """Return a gait with a rest at each corner; one that only turns back on its line is smooth as it is."""
-    if gait.vehicle.asymmetry is not None:
-        return _resting(gait, limits)
-    made = rounded(gait, SMALLEST)
-    if made.deviation > 0:
-        return _resting(gait, limits)
-    bend = _Bend(made.curve.breaks, made.curve.pieces)
-    corners = replace(made.gait, request=gait.request)
-    return _Route(gait=corners, limits=limits, bend=bend)
 
 
 # -- The fastest law
@@ -582,49 +570,52 @@ def _fastest(
     under_jerk = route.limits.jerk is not None
     bend = route.bend
     if bend is None:
-        return _fastest_on_lines(route), ""
+        limits = route.lowest_limits.copy()
+        limits[1] = route.limits.completed(route.extent)[1]
+        return route.kept(route.with_law(*rest_to_rest(route.places, limits))), ""
     if under_jerk and bend.rests:
-        return _smooth_on_sheet(route, bend.rests), _ALONG_SHEET
+        motion: Any = gait_with_law(route.gait, 1.0, "smooth", 1)
+        law = route.kept(route.with_law(motion.widths, motion.tilts), bend.rests)
+        return replace(law, stretch=0.0), _ALONG_SHEET
     grid = grid_along(bend.breaks, bend.pieces, nodes, bend.rests)
     # A joint that stands still keeps any limit.
     limits = np.where(route.moves, route.limits.completed(route.extent), 1.0)
-    if under_jerk:
-        return _fastest_under_jerk(route, grid, limits, progress)
+    count = len(grid.width)
+    even = np.ones(count), np.zeros(count)
 
-    def speeds_under(_: FloatArray, lowered: FloatArray) -> Speeds:
+    def fastest(_: FloatArray, lowered: FloatArray) -> Speeds:
         return fastest_speeds(grid, lowered)
 
-    laws = _corrected(route, grid, limits, np.zeros(len(grid.width)), speeds_under)
-    return min(laws, key=lambda timed: timed.period), ""
+    def settled(squared: FloatArray, lowered: FloatArray) -> Speeds | None:
+        return speeds_under_jerk(grid, squared, lowered, progress)
 
-
-def _fastest_on_lines(route: _Route) -> LimitedGait:
-    """Return the gait with the fastest law that rests at its corners, between which it is straight."""
-    limits = route.lowest_limits.copy()
-    limits[1] = route.limits.completed(route.extent)[1]
-    return route.kept(route.with_law(*rest_to_rest(route.places, limits)))
-
-
-def _smooth_on_sheet(route: _Route, corners: Sequence[int]) -> LimitedGait:
-    """Return the gait along its curved sheet with the law `smooth` on each leg between corners."""
-    motion: Any = gait_with_law(route.gait, 1.0, "smooth", 1)
-    law = route.with_law(np.diff(motion.times), motion.tilts)
-    return route.kept_by_leg(law, corners)
+    if not under_jerk:
+        return _corrected(route, grid, limits, fastest, even[0]), ""
+    # Programmes begin with the speeds without a jerk limit, slower, or with even ones: the least jerk along the path.
+    starts = [fastest_speeds(grid, np.repeat(limits[:, None], count, axis=1)), even]
+    laws = [route.kept(route.with_law(*grid.law(speeds))) for speeds in starts]
+    slow = min(laws, key=lambda law: law.period)
+    if count > _MOST_NODES_UNDER_JERK:
+        return slow, _not_optimised(count, len(bend.breaks) - 1)
+    squared, _ = starts[laws.index(slow)]
+    squared = squared / (1 + slow.stretch) ** 2
+    return _corrected(route, grid, limits, settled, squared, [slow]), ""
 
 
 def _corrected(
     route: _Route,
     grid: Grid,
     limits: FloatArray,
-    squared: FloatArray,
     speeds_under: Callable[[FloatArray, FloatArray], Speeds | None],
-) -> list[LimitedGait]:
-    """Return the laws with the speeds under limits, and under limits that were lowered where the law before exceeds one.
+    squared: FloatArray,
+    known: Sequence[LimitedGait] = (),
+) -> LimitedGait:
+    """Return the fastest of known laws and of those under limits at nodes, lowered where the law before exceeds one.
 
-    `speeds_under` takes ṡ² of the law before and the limits at the nodes. It may find no speeds.
+    `speeds_under` takes ṡ² of the law before, at first `squared`, and the limits. It may find no speeds.
     """
+    laws = list(known)
     lowered = np.repeat(limits[:, None], len(grid.width), axis=1)
-    laws: list[LimitedGait] = []
     for _ in range(_CORRECTIONS + 1):
         speeds = speeds_under(squared, lowered)
         if speeds is None:
@@ -634,34 +625,11 @@ def _corrected(
         if laws[-1].stretch <= _ENOUGH:
             break
         squared, _ = speeds
-        for order, limit in enumerate(limits, start=1):
-            excess = np.maximum(law.peaks_between_knots(order) / limit, 1.0)
-            lowered[order - 1] /= np.maximum(excess, np.roll(excess, 1, axis=0))
-    return laws
-
-
-def _fastest_under_jerk(
-    route: _Route,
-    grid: Grid,
-    limits: FloatArray,
-    progress: Callable[[str], None] | None,
-) -> tuple[LimitedGait, str]:
-    """Return the gait with the best law of a few linear programmes, and a note if there are too many nodes for them."""
-    # They begin with the speeds without a jerk limit, slower, or with an even one, with the least jerk along the path.
-    count = len(grid.width)
-    at_nodes = np.repeat(limits[:, None], count, axis=1)
-    even = np.ones(count), np.zeros(count)
-    starts = [fastest_speeds(grid, at_nodes), even]
-    laws = [route.kept(route.with_law(*grid.law(speeds))) for speeds in starts]
-    slow = min(laws, key=lambda timed: timed.period)
-    if count > _MOST_NODES_UNDER_JERK:
-        pieces = 0 if route.bend is None else len(route.bend.breaks) - 1
-        return slow, _not_optimised(count, pieces)
-    squared, _ = starts[laws.index(slow)]
-    squared = squared / (1 + slow.stretch) ** 2
-    programmes = JerkProgrammes(grid, progress)
-    laws += _corrected(route, grid, limits, squared, programmes.settled)
-    return min(laws, key=lambda timed: timed.period), ""
+        # An interval on which a limit is exceeded lowers it at both of its nodes.
+        peaks = np.stack([law.peaks_between_knots(order) for order in (1, 2, 3)])
+        excess = np.maximum(peaks / limits[:, None], 1.0)
+        lowered = lowered / np.maximum(excess, np.roll(excess, 1, axis=1))
+    return min(laws, key=lambda law: law.period)
 
 
 def _not_optimised(nodes: int, pieces: int) -> str:
