@@ -263,7 +263,8 @@ def _first_misfit(table: Table) -> str:
     """Return the first row whose stated rates do not fit the angles beside it, "" if all do.
 
     The smallest and the largest of the four slopes around a row, two before and two after it, bound its rate, widened
-    by the largest of their sizes, by their range, and by what the digits allow.
+    by the largest of their sizes, by their range, and by what the digits allow; at the ends of an open table, where two
+    of them are not known, by the largest slope of that angle too.
     """
     if len(table) < 2 or not all(name in table for name in ("t", *RATES)):
         return ""
@@ -277,6 +278,8 @@ def _first_misfit(table: Table) -> str:
         low, high = slopes.min(axis=1), slopes.max(axis=1)
         slack = np.abs(slopes).max(axis=1) + (high - low)
         slack += _around_rows(noise, pad).max(axis=1) + table.half_units(name)
+        if not table.returns:
+            slack[[0, -1]] += np.abs(slope).max()
         slack += 1e-9 * (1.0 + slack)
         rate: FloatArray = table[name]
         wrong = (rate < low - slack) | (rate > high + slack)
