@@ -197,19 +197,23 @@ def _first_difference(table: Table, motion: TimedGait) -> str:
         return "the rows have more than one color, the stated motion has one"
     first = len(table)
     difference = ""
-    for name, expected in motion.columns.items():
-        if name in ("t", "color", "types") or name not in table:
-            continue
-        off = np.abs(table[name] - expected)
-        round_off = _ROUND_OFF * (1.0 + np.abs(expected).max())
-        wrong = off > table.half_units(name) + round_off
-        row = int(np.argmax(wrong))
-        if wrong[row] and row < first:
-            first = row
-            difference = (
-                f"row {row + 1} has {name} = {table[name][row]:.9g}, the stated motion has {expected[row]:.9g} "
-                f"there ({off[row]:.2g} apart)"
-            )
+    columns = motion.columns
+    for group in (ANGLES, RATES, ACCELERATIONS, ("R",), THRUSTS):
+        names = [name for name in group if name in columns]
+        largest = max((np.abs(columns[name]).max() for name in names), default=0.0)
+        for name in names:
+            if name not in table:
+                continue
+            expected = columns[name]
+            off = np.abs(table[name] - expected)
+            wrong = off > table.half_units(name) + _ROUND_OFF * (1.0 + largest)
+            row = int(np.argmax(wrong))
+            if wrong[row] and row < first:
+                first = row
+                difference = (
+                    f"row {row + 1} has {name} = {table[name][row]:.9g}, the stated motion has {expected[row]:.9g} "
+                    f"there ({off[row]:.2g} apart)"
+                )
     if not difference and "types" in table and motion.gait.colors:
         wrong = wrong_types(table, color_codes(motion.gait.colors[:1] * len(table)))
         if wrong.any():
