@@ -19,8 +19,7 @@ from gaitgraph.cli.options import (
 from gaitgraph.cli.output import show, working
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.coefficients import Kind
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.cli.options import Chosen
 
 
 @click.command(
@@ -49,8 +48,7 @@ def certify_command(
     floor: float,
     untimed: bool,
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Certify a gait file of any format, the gait of a request, or gait1 to gait4.
 
@@ -71,9 +69,8 @@ def certify_command(
     check_new_files(outputs, force=force)
     with working(f"certifying {gait_file}"):
         certified = certify(
-            gait_in(gait_file, vehicle=vehicle, coefficients=coefficients),
-            vehicle=vehicle,
-            coefficients=coefficients,
+            gait_in(gait_file, **chosen),
+            **chosen,
             tilt=tilt,
             floor=floor,
             timing=not untimed,

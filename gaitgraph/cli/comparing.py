@@ -16,8 +16,7 @@ from gaitgraph.cli.options import (
 from gaitgraph.cli.output import show, working
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.coefficients import Kind
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.cli.options import Chosen
 
 
 @click.command(
@@ -34,8 +33,7 @@ def compare_command(
     period: float | None,
     outputs: tuple[str, ...],
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Compare two gaits, each in any form that the other commands take.
 
@@ -47,11 +45,7 @@ def compare_command(
     from gaitgraph.robustness.comparing import comparison_of
 
     check_pictures(outputs, force=force)
-    options: dict[str, Any] = {
-        "vehicle": vehicle,
-        "coefficients": coefficients,
-        "period": period,
-    }
+    options: dict[str, Any] = {**chosen, "period": period}
     with working("comparing"):
         sources = [gait_in(first, **options), gait_in(second, **options)]
         answer = comparison_of(sources, names=(first, second), **options)

@@ -22,12 +22,10 @@ from gaitgraph.cli.options import (
 from gaitgraph.cli.output import print_problem, tell, warn_of_rate, working
 
 if TYPE_CHECKING:
-    from gaitgraph.gait.given import GaitLike
-    from gaitgraph.invertibility.coefficients import Kind
+    from gaitgraph.cli.options import Chosen
     from gaitgraph.io.exporting import Exported
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.timing.laws import LawName
-    from gaitgraph.vehicle import Vehicle
 
 
 @click.command(
@@ -83,8 +81,7 @@ def export_command(
     rate: float | None,
     law: LawName | None,
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
 
@@ -100,7 +97,10 @@ def export_command(
     from gaitgraph.io.exporting import export
     from gaitgraph.io.formats import holds_request, tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
+    from gaitgraph.planning.missions import mission
     from gaitgraph.plots.films import check_films, write_films
+    from gaitgraph.timing.joining import played
+    from gaitgraph.timing.timed_gait import timed_gait_of
 
     joints = servo_map = None
     if columns is not None:
@@ -118,17 +118,15 @@ def export_command(
             gait_file,
             once=once,
             joints=joints,
-            vehicle=vehicle,
-            coefficients=coefficients,
+            **chosen,
         )
-        motion: dict[str, Any] = {
-            "vehicle": vehicle,
-            "coefficients": coefficients,
-            "period": period,
-            "law": law,
-        }
+        motion: dict[str, Any] = {**chosen, "period": period, "law": law}
         if from_hover:
-            source = _mission_of(source, motion, periods, rate=rate, anyway=anyway)
+            if period is None and law is None:
+                timed = played(source, **chosen)
+            else:
+                timed = timed_gait_of(source, **motion)
+            source = mission(timed, periods=periods or 2, rate=rate, anyway=anyway)
             motion = {}
             periods = None
         exported = export(
@@ -166,33 +164,6 @@ def _warn_of_phases(exported: Exported) -> None:
                 f"warning: rows are {step:.4g} s apart, and the {phase} lasts {end - begin:.4g} s: set a higher --rate"
             )
             return
-
-
-def _mission_of(
-    source: GaitLike,
-    motion: dict[str, Any],
-    periods: int | None,
-    *,
-    rate: float | None,
-    anyway: bool,
-) -> GaitLike:
-    """Return the flight from hover to hover, by default with two periods; another period or law is of the gait."""
-    from gaitgraph.planning.missions import mission
-    from gaitgraph.timing.timed_gait import timed_gait_of
-
-    if motion["period"] is None and motion["law"] is None:
-        vehicle, coefficients = motion["vehicle"], motion["coefficients"]
-    else:
-        source = timed_gait_of(source, **motion)
-        vehicle = coefficients = None
-    return mission(
-        source,
-        periods=periods or 2,
-        vehicle=vehicle,
-        coefficients=coefficients,
-        rate=rate,
-        anyway=anyway,
-    )
 
 
 def _answer_of(

@@ -12,8 +12,7 @@ from gaitgraph.cli.options import GAIT_FILE, common_options, force_option
 from gaitgraph.cli.output import tell, working
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.coefficients import Kind
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.cli.options import Chosen
 
 _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "margins", "set"]
 
@@ -53,8 +52,7 @@ def figures_command(
     output: str,
     formats: tuple[Literal["png", "svg", "pdf"], ...],
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Draw Figures 1 to 22 of the paper, the exact regions, the servo margins, and the set of Gait 3.
 
@@ -69,14 +67,13 @@ def figures_command(
     os.environ["MPLBACKEND"] = "agg"
     gait = None
     if gait_file is not None:
-        gait = gait_in(gait_file, vehicle=vehicle, coefficients=coefficients)
+        gait = gait_in(gait_file, **chosen)
         only = only or ("set",)
     with working("drawing") as progress:
         paths = write_figures(
             output,
             only=only or None,
-            vehicle=vehicle,
-            coefficients=coefficients,
+            **chosen,
             gait=gait,
             formats=formats,
             force=force,

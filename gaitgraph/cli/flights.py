@@ -26,11 +26,10 @@ from gaitgraph.cli.output import show, tell, working
 if TYPE_CHECKING:
     from click.decorators import FC
 
+    from gaitgraph.cli.options import Chosen
     from gaitgraph.flight.flight import Flight, FlightSettings
     from gaitgraph.gait.given import GaitLike
-    from gaitgraph.invertibility.coefficients import Kind
     from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.vehicle import Vehicle
 
 
 def settings_options(function: FC) -> FC:
@@ -101,8 +100,7 @@ def fly_command(
     anyway: bool,
     outputs: tuple[str, ...],
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Fly a gait by feedback linearisation: level out from an attitude, or follow a reference.
 
@@ -124,14 +122,12 @@ def fly_command(
         source = gait_in(
             gait_file,
             once=once,
-            vehicle=vehicle,
-            coefficients=coefficients,
+            **chosen,
             period=period,
         )
         timed = _timed_gait_of(
             source,
-            vehicle=vehicle,
-            coefficients=coefficients,
+            chosen=chosen,
             period=period,
             bias=bias,
             is_joined=from_hover,
@@ -160,8 +156,7 @@ def fly_command(
 def _timed_gait_of(
     source: GaitLike,
     *,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
     period: float | None,
     bias: float | None,
     is_joined: bool,
@@ -172,10 +167,8 @@ def _timed_gait_of(
     from gaitgraph.timing.timed_gait import timed_gait_of
 
     if is_joined and bias is None and period is None:
-        return played(source, vehicle=vehicle, coefficients=coefficients)
-    timed = timed_gait_of(
-        source, vehicle=vehicle, coefficients=coefficients, period=period
-    )
+        return played(source, **chosen)
+    timed = timed_gait_of(source, **chosen, period=period)
     if bias is not None:
         timed = biased_timed_gait(timed, bias)
     return timed
@@ -277,8 +270,7 @@ def basin_command(
     period: float | None,
     outputs: tuple[str, ...],
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and report from which it settles.
 
@@ -293,12 +285,8 @@ def basin_command(
     _check_flight(outputs, "basin", force=force)
     flight_settings = _settings_of(settings, duration=duration)
     with working("flying") as progress:
-        source = gait_in(
-            gait_file, vehicle=vehicle, coefficients=coefficients, period=period
-        )
-        timed = timed_gait_of(
-            source, vehicle=vehicle, coefficients=coefficients, period=period
-        )
+        source = gait_in(gait_file, **chosen, period=period)
+        timed = timed_gait_of(source, **chosen, period=period)
         basins = basins_of(
             timed,
             bias=(1.0, *bias),

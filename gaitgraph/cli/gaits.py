@@ -22,10 +22,9 @@ from gaitgraph.cli.options import (
 from gaitgraph.cli.output import check_outputs, show, working, write_outputs
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.coefficients import Kind
+    from gaitgraph.cli.options import Chosen
     from gaitgraph.optimization.optimize import Objective
     from gaitgraph.surface.sheets import SignChoice
-    from gaitgraph.vehicle import Vehicle
 
     Corners = list[tuple[float, float]]
 
@@ -64,8 +63,7 @@ def optimize_command(
     keep_out: tuple[Corners, ...],
     outputs: tuple[str, ...],
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Find the smooth closed gait that passes discs in order and is optimal along all of it.
 
@@ -86,8 +84,8 @@ def optimize_command(
             radius=radius[0] if len(radius) == 1 else radius,
             objective=objective,
             sign=sign,
-            vehicle=vehicle or PAPER,
-            coefficients=coefficients,
+            vehicle=chosen["vehicle"] or PAPER,
+            coefficients=chosen["coefficients"],
             keep_in=keep_in,
             keep_out=keep_out,
             period=period,
@@ -128,8 +126,7 @@ def retarget_command(
     keep_out: tuple[Corners, ...],
     outputs: tuple[str, ...],
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Move the rows of a gait table as little as possible so that the gait is valid and flyable.
 
@@ -142,8 +139,7 @@ def retarget_command(
     with working(f"retargeting {gait_file}"):
         answer = retarget(
             gait_in(gait_file),
-            vehicle=vehicle,
-            coefficients=coefficients,
+            **chosen,
             sign=None if sign == "auto" else sign,
             keep_in=keep_in,
             keep_out=keep_out,

@@ -33,6 +33,7 @@ from gaitgraph.cli.output import (
 from gaitgraph.tolerances import DEFAULT_TOLERANCE
 
 if TYPE_CHECKING:
+    from gaitgraph.cli.options import Chosen
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.coefficients import Kind
@@ -176,8 +177,7 @@ def robustness_command(
     tilt: float,
     outputs: tuple[str, ...],
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Compute how far a gait can be tilted before its decoupling matrix is singular.
 
@@ -195,16 +195,13 @@ def robustness_command(
 
     check_pictures(outputs, force=force)
     with working(f"tilting {gait_file}") as progress:
-        source = gait_in(
-            gait_file, once=once, vehicle=vehicle, coefficients=coefficients
-        )
+        source = gait_in(gait_file, once=once, **chosen)
         report = robustness_of(
             source,
             bias=bias,
             scale=scale,
             tilt=tilt,
-            vehicle=vehicle,
-            coefficients=coefficients,
+            **chosen,
             progress=progress,
         )
         if outputs:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import click
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from click.decorators import FC
     from click.shell_completion import CompletionItem
 
+    from gaitgraph.invertibility.coefficients import Kind
     from gaitgraph.invertibility.geometry import Geometry
     from gaitgraph.vehicle import Vehicle
 
@@ -201,14 +203,30 @@ coefficients_option = click.option(
 )
 
 
-def common_options(function: FC) -> FC:
-    """Add --vehicle, --coefficients and --json."""
-    vehicle = click.option(
+class Chosen(TypedDict):
+    """The vehicle and the coefficients of a command line; None for those of the file, or the default ones."""
+
+    vehicle: Vehicle | None
+    coefficients: Kind | None
+
+
+def common_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --vehicle and --coefficients, which the function gets as one argument `chosen`, and --json."""
+
+    @wraps(function)
+    def command(
+        vehicle: Vehicle | None, coefficients: Kind | None, **options: Any
+    ) -> Any:
+        return function(
+            chosen=Chosen(vehicle=vehicle, coefficients=coefficients), **options
+        )
+
+    vehicle_option = click.option(
         "--vehicle",
         type=VehicleName(),
         help="A preset or a TOML file; see vehicles.",
     )
-    return vehicle(coefficients_option(json_option(function)))
+    return vehicle_option(coefficients_option(json_option(command)))
 
 
 GAIT_FILE = FileOr(*PAPER_GAITS)

@@ -33,6 +33,7 @@ from gaitgraph.cli.output import (
 )
 
 if TYPE_CHECKING:
+    from gaitgraph.cli.options import Chosen
     from gaitgraph.graph.walks import EdgeRequirement
     from gaitgraph.invertibility.coefficients import Kind
     from gaitgraph.surface.sheets import RootSet, SignChoice
@@ -47,14 +48,14 @@ if TYPE_CHECKING:
 @click.argument("alpha1", metavar="A1")
 @click.argument("alpha2", metavar="A2")
 @common_options
-def roots_command(
-    alpha1: str, alpha2: str, vehicle: Vehicle | None, coefficients: Kind | None
-) -> int:
+def roots_command(alpha1: str, alpha2: str, chosen: Chosen) -> int:
     """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""
     from gaitgraph.surface.sheets import roots
     from gaitgraph.vehicle import PAPER
 
-    answer = roots(alpha1, alpha2, vehicle=vehicle or PAPER, coefficients=coefficients)
+    vehicle = chosen["vehicle"] or PAPER
+    coefficients = chosen["coefficients"]
+    answer = roots(alpha1, alpha2, vehicle=vehicle, coefficients=coefficients)
     first, second = answer[0].alpha[:2]
     rows = []
     for root in answer:
@@ -64,7 +65,7 @@ def roots_command(
     fibers = [asdict(fiber) for fiber in answer.fibers]
     return tell(
         {"alpha1": first, "alpha2": second, "roots": rows, "fibers": fibers},
-        _lines_of_roots(answer, vehicle or PAPER, coefficients),
+        _lines_of_roots(answer, vehicle, coefficients),
     )
 
 
@@ -116,8 +117,7 @@ def colorings_command(
     loop_file: str,
     sign: SignChoice | None,
     limit: int | None,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """List every colouring of a closed loop of (α1, α2) that obeys the Two Color rule.
 
@@ -127,9 +127,7 @@ def colorings_command(
     from gaitgraph.planning.request import colorings_of_file
 
     with working(f"coloring {loop_file}"):
-        answer = colorings_of_file(
-            loop_file, sign=sign, vehicle=vehicle, coefficients=coefficients
-        )
+        answer = colorings_of_file(loop_file, sign=sign, **chosen)
     listed = islice(answer, limit)
     if wants_json():
         # Written one by one: there may be more than fit in memory.
@@ -231,8 +229,6 @@ def cycles_command(
 @waypoints_option
 @click.option(
     "--require",
-    "--use",
-    "require",
     type=click.Choice(["flyable", "valid"]),
     default="flyable",
     help="The region where a gait can fly, or where R has the sign.",

@@ -31,11 +31,10 @@ from gaitgraph.cli.output import (
 )
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.coefficients import Kind
+    from gaitgraph.cli.options import Chosen
     from gaitgraph.timing.servo_lag import ServoResponse
     from gaitgraph.timing.time_optimal import Origin
     from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.vehicle import Vehicle
 
 
 @click.command(
@@ -60,8 +59,7 @@ def transition_command(
     require: str,
     outputs: tuple[str, ...],
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Find a path on the surface from FROM to TO, each a gait file or the word hover.
 
@@ -76,7 +74,7 @@ def transition_command(
     def end_of(name: str) -> Any:
         if name.lower() == HOVER:
             return HOVER
-        return gait_in(name, vehicle=vehicle, coefficients=coefficients)
+        return gait_in(name, **chosen)
 
     check_outputs(outputs, force=force)
     with working("searching a path"):
@@ -84,8 +82,7 @@ def transition_command(
             end_of(start),
             end_of(end),
             duration=duration,
-            vehicle=vehicle,
-            coefficients=coefficients,
+            **chosen,
         )
         if not answer:
             return show(answer)
@@ -160,8 +157,7 @@ def pace_command(
     force: bool,
     require: str,
     anyway: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """Find the time-optimal timing law of a gait file, a request's gait or gait1 to gait4, or one for a given period.
 
@@ -181,7 +177,7 @@ def pace_command(
     check_outputs(outputs, force=force)
     certificates = certificates_beside(outputs, certify=certify, force=force)
     with working(f"reading {gait_file}") as progress:
-        origin = _origin_of(gait_file, vehicle, coefficients)
+        origin = _origin_of(gait_file, chosen)
         progress("pacing")
         limits = limits_of(
             origin.gait.vehicle,
@@ -238,15 +234,13 @@ def pace_command(
     return show(pacing, more=more, lines=lines, ok=bool(pacing) and not is_refused)
 
 
-def _origin_of(
-    gait_file: str, vehicle: Vehicle | None, coefficients: Kind | None
-) -> Origin:
+def _origin_of(gait_file: str, chosen: Chosen) -> Origin:
     """Return the path of a gait file and what it was made for; raise unless it is on one plane, if there are planes."""
     from gaitgraph.errors import InputError
     from gaitgraph.timing.time_optimal import origin_of
 
-    source = gait_in(gait_file, vehicle=vehicle, coefficients=coefficients)
-    origin = origin_of(source, vehicle=vehicle, coefficients=coefficients)
+    source = gait_in(gait_file, **chosen)
+    origin = origin_of(source, **chosen)
     has_planes = origin.gait.vehicle.asymmetry is None
     if has_planes and origin.gait.color not in ("red", "blue"):
         why = f"gaitgraph validate {gait_file} says why"

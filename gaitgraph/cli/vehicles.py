@@ -12,6 +12,7 @@ from gaitgraph.cli.options import VehicleName, common_options, force_option
 from gaitgraph.cli.output import print_problem, tell, wants_json
 
 if TYPE_CHECKING:
+    from gaitgraph.cli.options import Chosen
     from gaitgraph.invertibility.coefficients import Kind
     from gaitgraph.vehicle import Vehicle
 
@@ -36,13 +37,13 @@ def vehicles_command(
     source: str | None,
     output: str | None,
     force: bool,
-    vehicle: Vehicle | None,
-    coefficients: Kind | None,
+    chosen: Chosen,
 ) -> int:
     """List the preset vehicles with their drag ratio κ and crossing angle δ, or show one: a preset or a TOML file.
 
     With --from the exit code is 1 if the paper's method does not fit the vehicle, or the file states no drag ratio.
     """
+    vehicle = chosen["vehicle"]
     if [named, vehicle, source].count(None) < 2:
         raise click.UsageError(
             "of NAME_OR_FILE, --vehicle and --from only one can be given"
@@ -51,7 +52,7 @@ def vehicles_command(
         vehicle = vehicle or named
         if output is not None:
             _write_model(vehicle, output, force=force)
-        return _show_vehicles(vehicle, coefficients, output)
+        return _show_vehicles(vehicle, chosen["coefficients"], output)
     if output is not None:
         raise click.UsageError(
             "--output cannot be combined with --from; give it with the TOML that is printed"

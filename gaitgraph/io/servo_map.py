@@ -630,7 +630,7 @@ def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
 
 def _positions(tilts: FloatArray, joint: Joint, servo_map: ServoMap) -> FloatArray:
     """Return the column of a joint, clipped and rounded as the map says; InputError beyond its limits."""
-    values = joint.value_of(tilts)
+    values: FloatArray = joint.value_of(tilts)
     if servo_map.clip:
         values = np.clip(values, *joint.bounds)
     else:
