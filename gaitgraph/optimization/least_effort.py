@@ -209,12 +209,12 @@ class LeastEffort:
     ) -> tuple[SmoothLoop, list[float]]:
         """Return a loop of locally least effort, from an admissible one, and the efforts of all loops on the way.
 
-        No round begins after a time of :func:`time.monotonic`.
+        After a time of :func:`time.monotonic` it is improved no further.
         """
         history = [loop.effort]
         for number in range(_MOST_ROUNDS):
             before = history[-1]
-            if before == 0 or monotonic() > until:
+            if before == 0:
                 break
             if progress is not None:
                 progress(f"round {number + 1}, effort {2 * before:.4g} rad²/s in 1 s")
@@ -223,7 +223,10 @@ class LeastEffort:
             if number < _EVENED_ROUNDS:
                 starts.insert(0, loop.evened())
             for start in filter(self.keeps_inside, starts):
-                better = WithinCells(self, start).best()
+                try:
+                    better = WithinCells(self, start).best(until)
+                except TimeoutError:
+                    return loop, history
                 if better.effort < history[-1] and self.admits(better):
                     loop = better
                     history.append(better.effort)
@@ -333,24 +336,29 @@ class WithinCells:
         off, slopes = (values[~self.is_round] for values in self._passes(x))
         return off.ravel(), slopes.reshape(-1, len(x))
 
-    def best(self) -> SmoothLoop:
-        """Return the best loop, by sequential quadratic programming from the loop itself."""
+    def best(self, until: float) -> SmoothLoop:
+        """Return the best loop, by sequential quadratic programming from the loop itself; TimeoutError if it is late."""
         chosen = self.sides(self.origin)[0] < _CHOSEN
         while True:
-            x = self._best_within(chosen)
+            x = self._best_within(chosen, until)
             crossed = self.sides(x)[0] < -_SLACK
             if not (crossed & ~chosen).any():
                 return self.loop_at(x)
             chosen |= crossed
 
-    def _best_within(self, chosen: BoolArray) -> FloatArray:
+    def _best_within(self, chosen: BoolArray, until: float) -> FloatArray:
         """Return the unknowns of the best loop that keeps within the chosen sides of cells, and passes the discs."""
         from scipy.optimize import minimize
+
+        def effort(x: FloatArray) -> tuple[float, FloatArray]:
+            if monotonic() > until:
+                raise TimeoutError
+            return self.effort(x)
 
         offsets = self.side_offsets[chosen]
         slopes = self.side_slopes[chosen]
         result: Any = minimize(  # type: ignore[call-overload]
-            self.effort,
+            effort,
             self.origin,
             jac=True,
             method="SLSQP",
