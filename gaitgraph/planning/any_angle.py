@@ -26,6 +26,8 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.planning.loop import Loop
+from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.surface.admissible import admissible_region, singular_value_region
 from gaitgraph.surface.region import region_of
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.tolerances import SAME_ANGLE
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
 
     from gaitgraph.planning.branch import Branch, Refusal
     from gaitgraph.planning.request import PlanRequest, Point
-    from gaitgraph.planning.shortest_paths import ShortestPaths
     from gaitgraph.surface.region import Region
 
 _KEPT = 256  # entries of waypoints
@@ -255,8 +256,6 @@ class PreparedRegion:
     @cached_property
     def _paths(self) -> ShortestPaths:
         """Shortest paths in the region."""
-        from gaitgraph.planning.shortest_paths import ShortestPaths
-
         return ShortestPaths(self.region.inner)
 
     @cached_property
@@ -264,7 +263,7 @@ class PreparedRegion:
         """Shortest paths in the polygon that encloses the region; the same ones if its borders are all straight."""
         if self.region.outer.equals(self.region.inner):
             return self._paths
-        return type(self._paths)(self.region.outer)
+        return ShortestPaths(self.region.outer)
 
     def _entry(self, point: Point) -> Point | None:
         """Return the point itself if loops may pass it, else the nearest that they may pass, or None if it is far."""
@@ -298,8 +297,10 @@ class PreparedRegion:
             return None
         around = self._around.path(start, end)
         path = around
-        if around is None or not self._covers([start, *around.tolist()]):
-            # What is shortest in the polygon around the region is so in the region only if it lies there.
+        # What is shortest in the polygon around the region is so in the region only if it lies there.
+        if around is None or not self.region.inner.covers(
+            shapely.linestrings([start, *around.tolist()])
+        ):
             path = self._paths.path(first, last)
         if path is None:
             return None
@@ -311,9 +312,6 @@ class PreparedRegion:
         if around is not None:
             shortest = length_of(around.tolist())
         return Leg(points, min(length_of(points), shortest))
-
-    def _covers(self, points: Any) -> bool:
-        return bool(self.region.inner.covers(shapely.linestrings(points)))
 
 
 def length_of(points: Sequence[Sequence[float]]) -> float:
@@ -344,8 +342,6 @@ def prepared_region(
 @lru_cache(maxsize=32)
 def _prepared(level: float, **asked: Any) -> PreparedRegion:
     """Return a prepared region, kept for the next request."""
-    from gaitgraph.surface.admissible import admissible_region, singular_value_region
-
     region = admissible_region(**asked)
     vehicle = asked["vehicle"]
     if level:
