@@ -267,24 +267,9 @@ class Level:
             return -inputs, -direction
         return inputs, direction
 
-    @cached_property
-    def _input_matrices(self) -> tuple[FloatArray, FloatArray]:
-        """The tables of the first two inputs, of (u2, u1) and the products of u3 and u4, and of the last two."""
-        tables = [
-            form.table[..., 0].squeeze(rotor) for rotor, form in enumerate(self.inputs)
-        ]
-        first = np.concatenate([table.reshape(2, 4) for table in tables[:2]])
-        second = np.concatenate([table.reshape(4, 2).T for table in tables[2:]])
-        return first, second
-
     def inputs_at(self, sines: Sines) -> FloatArray:
         """Return the values of the four zero-moment inputs at points, shape (4, k)."""
-        first, second = self._input_matrices
-        others = sines.u[:, [1, 0, 3, 2]].swapaxes(
-            0, 1
-        )  # of the other rotor of the pair
-        inner = np.concatenate([first @ sines.second, second @ sines.first])
-        return np.asarray((inner.reshape(4, 2, -1) * others).sum(axis=1))
+        return np.concatenate([form.at(sines) for form in self.inputs])
 
     def forces_and_moments(self, sines: Sines) -> tuple[FloatArray, FloatArray]:
         """Return force and moment per input w of each rotor, both of shape (k, 3, 4)."""

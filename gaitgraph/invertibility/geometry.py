@@ -25,7 +25,6 @@ from gaitgraph.invertibility.forms import FloatArray, rotors_of
 from gaitgraph.invertibility.segment_bounds import (
     Least,
     Points,
-    bound_by_change,
     checked_segments,
     least_along,
     least_of_each,
@@ -263,7 +262,12 @@ class Geometry(Record):
         ([0.259], True)
         """
         first, last = checked_segments(starts, ends, len(self.position))
-        bound = bound_by_change(self._change)
+
+        def bound(
+            f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray
+        ) -> FloatArray:
+            return np.asarray(np.maximum((f0 + f1 - self._change(p0, p1)) / 2, 0.0))
+
         return least_along(
             first, last, self.least_singular_value, bound, tolerance=tolerance
         )

@@ -393,17 +393,6 @@ class Residual:
         return np.asarray(-sizes.max(axis=0, keepdims=True))
 
 
-def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
-    """Return a bound, at least 0, of functions that differ by at most change(p0, p1) along an interval."""
-
-    def bound(
-        f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray
-    ) -> FloatArray:
-        return np.asarray(np.maximum((f0 + f1 - change(p0, p1)) / 2, 0.0))
-
-    return bound
-
-
 def singular_value_bound(rate: float) -> Bound:
     """Return a bound from values at both ends that are the least singular value or less; `rate` is that of `Level`.
 
