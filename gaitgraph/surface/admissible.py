@@ -10,7 +10,7 @@ import math
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -22,14 +22,13 @@ from gaitgraph.angles import (
     checked_number,
     figures_apart,
 )
+from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, check_kind, checked_choice
 from gaitgraph.invertibility import error_margins, matrices
 from gaitgraph.invertibility.coefficients import check_symmetric, coefficients_of
-from gaitgraph.invertibility.forms import Form, level_of, rotors_of
-from gaitgraph.invertibility.segment_bounds import least_level_determinant
-from gaitgraph.surface import borders
-from gaitgraph.surface.blocks import roll_block, yaw_block
-from gaitgraph.surface.borders import CosineSum, sum_on_plane
+from gaitgraph.invertibility.forms import Form, Sines, level_of, rotors_of
+from gaitgraph.surface.blocks import directions, roll_block, yaw_block
+from gaitgraph.surface.borders import Border, Waves, where_negative
 from gaitgraph.surface.curved_region import sheet_region
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
@@ -40,12 +39,9 @@ from gaitgraph.surface.region import (
     Zones,
     checked_accuracy,
     chord_tolerance,
-    offset,
     offsets,
-    polygons_of,
     rectangle,
     region_of,
-    sides_of,
     zones_region,
 )
 from gaitgraph.surface.sheets import (
@@ -68,17 +64,15 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.surface.borders import Function
 
-_EPSILON = float(np.finfo(float).eps)
 _OPEN_MARGIN = (
     1e-9  # how far inside an open condition its straight border is drawn [rad]
 )
-# Where R need only be certain in spite of rounding, which a distance of all of its borders mostly does.
-_ROUNDED = 1e-11
-_CERTAIN_MARGIN, _AT_SADDLE = 3e-7, 1e-6  # rad
 # Around R = 0 the least singular value is below a floor within floor/(√2·rate), which outer shapes of up to twice the
 # accuracy do not reach over.
 _BAND = 4.0
+_NARROWEST = 1e-6  # a band that rounding leaves two borders
 _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 # Nearer to a limit than this the checks of a gait cannot decide along segments, and count it as beyond the limit.
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
@@ -87,10 +81,10 @@ _IDLE_MARGIN = 1e-6  # distance from lines where rotors idle [rad]
 _LEAST_OF_SQUARES = 0.01  # accuracy of regions made of squares at the finest [rad]
 _FINEST = 1e-5  # accuracy of the borders of a margin, which is an angle itself [rad]
 _POSTURES = 33  # of each angle, among which the largest servo margin is searched
-_CUTS = 2  # of a region into cells, to see whether a border reaches it
-_PARTS = np.array(list(product((-1.5, -0.5, 0.5, 1.5), repeat=2)))
+_CELLS = 16  # across a region, to see whether a border reaches it
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
-_NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
+_WHOLE: Pair = read_only(np.array([_SQUARE, _SQUARE]))
+_NOWHERE: Pair = read_only(np.array([shapely.Polygon(), shapely.Polygon()]))
 
 
 def sign_region(
@@ -118,92 +112,111 @@ def sign_region(
     (wanted,), accuracy = _checked_signs(color, sign), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
     least = 0.0 if least is None else checked_number("least", least)
-    if color == "red":
-        judged = coefficients_of(vehicle, "exact")
-        pair = _red_sign(wanted, vehicle, accuracy)
-        if 0 < least <= _ROUNDED:
-            margin = min(_CERTAIN_MARGIN, accuracy / 2)
-            apart = _red_sign(wanted, vehicle, accuracy, margin)
-            pair[0] = _without_saddles(apart[0], least, wanted, judged)
-        if least and _determinant_falls_below(least, wanted, pair[0], judged):
-            pair = _determinant_above(least, wanted, vehicle, accuracy)
-    else:
-        judged = coefficients_of(vehicle, coefficients)
-        if color not in judged.colors:
-            return _none_on_blue(vehicle, accuracy)
+    judged = coefficients_of(vehicle, "exact" if color == "red" else coefficients)
+    if color not in judged.colors:
+        return _none_on_blue(vehicle, accuracy)
+    if color == "blue":
         least = least or matrices.noise_of(judged)
-        pair = _blue_sign(least, wanted, judged, accuracy)
+        pair = _blue_sign(wanted, least, judged, accuracy)
+    elif least:
+        pair = _determinant_above(wanted, least, vehicle, accuracy)
+    else:
+        pair = _red_sign(wanted, vehicle, accuracy)
     return region_of(
         pair, accuracy, _determinant_condition([wanted], least, color, judged)
     )
 
 
-def _red_sign(
-    sign: int, vehicle: Vehicle, accuracy: float, margin: float = _OPEN_MARGIN
+def _negative(
+    border: Border,
+    accuracy: float,
+    *,
+    also: Border | None = None,
+    margin: float = ROUND_OFF,
+    around: BaseGeometry = _SQUARE,
 ) -> Pair:
-    """Return where R has a sign on red: where the determinants of both blocks have the same sign, or opposite ones.
+    """Return where h of a border is certainly negative around a shape, and where it may be.
 
-    The inner shape keeps the margin from straight borders [rad].
+    Both keep `margin` from straight borders, `accuracy` / 2 from others [rad].
     """
+    room = 2 * accuracy
+    left, bottom, right, top = around.bounds
+    drawn = where_negative(
+        border,
+        chord_tolerance(accuracy),
+        also=also,
+        bounds=(left - room, bottom - room, right + room, top + room),
+    )
+    reach = margin if drawn.is_straight else max(margin, accuracy / 2)
+    return offsets(drawn.shape, reach)
+
+
+def _cut(pair: Pair, border: Border, accuracy: float) -> Pair:
+    """Return the parts of a pair where h of a border is not negative."""
+    negative = _negative(border, accuracy, around=pair[1])
+    return np.asarray(shapely.difference(pair, negative[::-1]))
+
+
+def _on_red(alpha1: FloatArray, alpha2: FloatArray) -> FloatArray:
+    """Return the points of red above (α1, α2), shape (k, 4) [rad]."""
+    return np.column_stack([alpha1, alpha2, alpha1, alpha2])
+
+
+def _red_sign(sign: int, vehicle: Vehicle, accuracy: float) -> Pair:
+    """Return where R has a sign on red: where the determinants of both blocks have the same sign, or opposite ones."""
     turned = sign if vehicle.signed_drag_ratio > 0 else -sign
-    yaw, roll = _determinant_sides(vehicle, accuracy, margin)
+    yaw, roll = _determinant_sides(vehicle, accuracy)
     return _union([shapely.intersection(yaw[k], roll[k * turned]) for k in (1, -1)])
 
 
-def _without_saddles(
-    shape: BaseGeometry, least: float, sign: int, exact: Coefficients
-) -> BaseGeometry:
-    """Return polygons without the corners where both blocks are so small that |R| is below a value."""
-    alpha1, alpha2 = shapely.get_coordinates(shape).T
-    points = np.array([alpha1, alpha2, alpha1, alpha2]).T
-    low = sign * matrices.level_determinant(points, exact) < least
-    corners = shapely.points(alpha1[low], alpha2[low])
-    return shape.difference(shapely.union_all(shapely.buffer(corners, _AT_SADDLE)))
-
-
 @lru_cache(maxsize=32)
-def _determinant_sides(
-    vehicle: Vehicle, accuracy: float, margin: float
-) -> list[dict[int, Pair]]:
+def _determinant_sides(vehicle: Vehicle, accuracy: float) -> list[dict[int, Pair]]:
     """Return, for each block, where its determinant is positive and where it is negative."""
     found = []
     for block in (yaw_block(vehicle), roll_block(vehicle)):
-        negative = borders.determinant_negative(block, chord_tolerance(accuracy))
-        reach = margin if block.is_product else max(margin, accuracy / 2)
-        below, above = sides_of(negative.shape, reach)
-        found.append({1: above, -1: below})
+        border = Border(Waves.of(block.determinant))
+        negative = _negative(border, accuracy, margin=_OPEN_MARGIN)
+        above = shapely.difference(_SQUARE, negative[::-1])
+        found.append({1: above, -1: shapely.intersection(_SQUARE, negative)})
     return found
 
 
+@lru_cache(maxsize=32)
 def _determinant_above(
-    least: float, sign: int, vehicle: Vehicle, accuracy: float
+    sign: int, least: float, vehicle: Vehicle, accuracy: float
 ) -> Pair:
-    """Return where R has a sign on red, and |R| is at least a value."""
-    below = borders.product_below(
-        least,
-        sign * 2 / vehicle.signed_drag_ratio * yaw_block(vehicle).form,
-        roll_block(vehicle).form,
-        chord_tolerance(accuracy),
-    )
-    return sides_of(below.shape, accuracy / 2)[1]
+    """Return where R has a sign on red, and |R| is at least a positive value."""
+    exact = coefficients_of(vehicle, "exact")
+
+    def excess(alpha1: FloatArray, alpha2: FloatArray) -> Any:
+        R = matrices.level_determinant(_on_red(alpha1, alpha2), exact)
+        return sign * R - least
+
+    return _cut(_WHOLE, Border(Waves.of(excess)), accuracy)
 
 
 def _blue_sign(
-    least: float, sign: int, coefficients: Coefficients, accuracy: float
+    sign: int, least: float, coefficients: Coefficients, accuracy: float
 ) -> Pair:
     """Return where R has a sign on blue, and |R| is at least a value; its sign turns where α3 or α4 is wrapped by π.
 
     Nothing is wrapped in the sums: there α3 = 2δ − α1 and α4 = −2δ − α2.
     """
-    wraps = [2 * line - math.copysign(HALF_PI, line) for line in coefficients.crossings]
-    offsets = np.array([0.0, 0.0, *np.multiply(2, coefficients.crossings)])
+    lines = np.array(coefficients.crossings)
+    wraps = 2 * lines - np.copysign(HALF_PI, lines)
     parts = []
     for turned in (1, -1):
-        level = sum_on_plane(coefficients.form, offsets, sign * turned, slope=-1.0)
-        below = borders.sum_negative(level + -least, chord_tolerance(accuracy))
-        cells = _quarters(wraps[0], wraps[1], -turned)
-        above = sides_of(below.shape, accuracy / 2)[1]
-        parts.append(shapely.intersection(cells, above))
+
+        def excess(alpha1: FloatArray, alpha2: FloatArray, turned: int = turned) -> Any:
+            plane = np.column_stack([alpha1, alpha2])
+            points = np.hstack([plane, 2 * lines - plane])
+            R = matrices.level_determinant(points, coefficients)
+            return turned * sign * R - least
+
+        above = _cut(_WHOLE, Border(Waves.of(excess)), accuracy)
+        parts.append(
+            shapely.intersection(_quarters(wraps[0], wraps[1], -turned), above)
+        )
     return _union(parts)
 
 
@@ -253,31 +266,6 @@ def _checked_signs(color: object, sign: object) -> list[int]:
 
 def _union(pairs: Sequence[Any]) -> Pair:
     return np.asarray(shapely.union_all(np.array(pairs, dtype=object), axis=0))
-
-
-def _determinant_falls_below(
-    least: float, sign: int, shape: BaseGeometry, exact: Coefficients
-) -> bool:
-    """Return whether |R| may be below a value in polygons on which R has one sign.
-
-    |R| is least on a border: R is a constant times the determinants P and D of two blocks, with ΔP = −2P and ΔD = −2D.
-    Where its gradient vanishes, ∇D = −D·∇P/P, so that ΔR = −4R − 2R·|∇P|²/P² has the sign of −R.
-    """
-    if shape.is_empty:
-        return False
-    rings = shapely.get_rings(shapely.get_parts(polygons_of(shape)))
-    corners, ring = shapely.get_coordinates(rings, return_index=True)
-    follows = ring[1:] == ring[:-1]
-    ends = corners[:, [0, 1, 0, 1]]
-    found = least_level_determinant(
-        ends[:-1][follows],
-        ends[1:][follows],
-        exact,
-        sign=sign,
-        tolerance=0.0,
-        floor=least,
-    )
-    return bool(found.lower.min() < least)
 
 
 def _determinant_condition(
@@ -417,23 +405,38 @@ def thrust_region(
 def _thrust_limit(
     share: float, vehicle: Vehicle, accuracy: float, *, largest: bool
 ) -> Region:
-    """Return where hover thrusts are positive and the largest is at most a share, or the least at least a share."""
-    first, second = level_of(rotors_of(vehicle)).moment[:2, 2]
-    tolerance = chord_tolerance(accuracy)
-    above = borders.thrust_above(share, first, second, tolerance)
-    other = borders.thrust_above(share, second, first, tolerance).transposed()
-    # Each set is moved by itself: where both overlap by their errors alone, their union has no border to be moved.
-    kept = 1 if largest else 0
-    pair = shapely.intersection(
-        sides_of(above.shape, accuracy / 2)[kept],
-        sides_of(other.shape, accuracy / 2)[kept],
-    )
+    """Return where hover thrusts are positive and the largest is at most a share, or the least at least a share.
+
+    Rotors 1 and 2 have the yaw torques T1(α1) and T2(α2). The share of rotor 1 is half of T2/(T2·cos α1 + T1·cos α2), and
+    thrusts are positive where both torques have one sign (docs/theory.md, 11).
+    """
+    moments = level_of(rotors_of(vehicle)).moment[:2, 2]
+    pairs = []
+    for cell in hover_region(vehicle).outer.geoms:
+        middle = shapely.get_coordinates(cell.centroid)[0]
+        kept = math.copysign(1.0, moments[0] @ directions(float(middle[0])))
+        if largest:
+            kept = -kept
+        pair = np.array([cell, cell])
+        for rotor in (0, 1):
+
+            def excess(
+                *alpha: FloatArray, rotor: int = rotor, kept: float = kept
+            ) -> Any:
+                own, other = (
+                    moments[k] @ directions(alpha[k]) for k in (rotor, 1 - rotor)
+                )
+                lift = other * np.cos(alpha[rotor]) + own * np.cos(alpha[1 - rotor])
+                return kept * (other - 2 * share * lift)
+
+            pair = _cut(pair, Border(Waves.of(excess)), accuracy)
+        pairs.append(pair)
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
     value = partial(_extreme_share, vehicle, largest)
     limit = _bound(
         "hover thrusts", symbol, share, value, " of m·g", f"{word} hover thrust"
     )
-    return region_of(pair, accuracy, limit)
+    return region_of(_union(pairs), accuracy, limit)
 
 
 def _extreme_share(
@@ -451,7 +454,7 @@ def singular_value_region(
 ) -> Region:
     """Return where the least singular value of the scaled decoupling matrix, level, is at least a floor on red.
 
-    It is nowhere above :func:`largest_least_singular_value`. `accuracy` as for :func:`sign_region`.
+    It is nowhere above :func:`largest_least_singular_value`. Below a floor of 1e-6 `inner` keeps 1e-6. `accuracy` as for :func:`sign_region`.
 
     >>> [round(singular_value_region(floor).area, 3) for floor in (0.05, 0.5, 1.1, 1.2)]
     [9.138, 3.766, 0.061, 0.0]
@@ -470,20 +473,25 @@ def _singular_value(vehicle: Vehicle, alpha1: float, alpha2: float) -> Any:
 
 @lru_cache(maxsize=64)
 def _singular_value_pair(floor: float, vehicle: Vehicle, accuracy: float) -> Pair:
-    pair: Pair = np.array([_SQUARE, _SQUARE])
     if floor > matrices.largest_least_singular_value(vehicle):
         return _NOWHERE
     if floor == 0:
-        return pair
+        return _WHOLE
+    # A band around R = 0 that is narrower than the error of its polygons is enclosed by a wider band, and none.
+    wide = max(floor, accuracy / 2, _NARROWEST)
+    fine = wide / 8
+    if wide == floor:
+        fine = min(fine, accuracy)
+    pair = _WHOLE
     for block in (yaw_block(vehicle), roll_block(vehicle)):
-        if not block.has_orthogonal_columns and floor < accuracy / 2:
-            # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
-            band = borders.singular_value_below(accuracy / 2, block, accuracy / 32)
-            pair[0] = pair[0].difference(offset(band.shape, accuracy / 16))
-            continue
-        band = borders.singular_value_below(floor, block, chord_tolerance(accuracy))
-        reach = ROUND_OFF if block.has_orthogonal_columns else accuracy / 2
-        pair = shapely.difference(pair, offsets(band.shape, reach)[::-1])
+        g = wide**2 / 2
+        squares = Waves.of(block.squares)
+        border = Border(squares.scaled(-g, g**2), Waves.of(block.determinant))
+        also = Border(squares.scaled(1.0, -2 * g))
+        band = _negative(border, fine, also=also)
+        if wide > floor:
+            band[0] = shapely.Polygon()
+        pair = shapely.difference(pair, band[::-1])
     return pair
 
 
@@ -547,19 +555,16 @@ def _bearing_thrusts(
     pair = np.array([nominal & _red_sign(sign, vehicle, accuracy)[1]] * 2)
 
     # A thrust is N_i/R. A half turn maps the conditions of rotors 3 and 4 to those of 1 and 2 at other corners.
-    conditions = []
+    conditions: list[Function] = []
     for rotor in (0, 1):
-        transposed = rotor == 1  # N1 is quadratic in u2, N2 in u1
         upward = sign * float(level.rotors.thrust_signs[rotor])
         for errors in corners:
-            of_plane = partial(sum_on_plane, offsets=errors, transposed=transposed)
-            thrust = of_plane(level.inputs[rotor], factor=upward)
+            thrust = _moved_form(level.inputs[rotor], errors, upward)
             if errors[rotor] > 0:  # N_i does not depend on the angle of its own rotor
-                conditions.append(_Positive(thrust, transposed))
+                conditions.append(thrust)
             if most is not None:
-                left = of_plane(level.direction, factor=sign * most)
-                left += of_plane(level.inputs[rotor], factor=-upward)
-                conditions.append(_Positive(left, transposed))
+                lift = _moved_form(level.direction, errors, sign * most)
+                conditions.append(partial(_difference, lift, thrust))
     pair = _cut_by(conditions, pair, accuracy)
 
     # R is a sum of N_i times lifts: with N_i of one sign it has their sign where all lifts are positive, within 90° of
@@ -569,72 +574,60 @@ def _bearing_thrusts(
     reach = HALF_PI - margin
     upright = rectangle(*(middle - reach).tolist(), *(middle + reach).tolist())
     if most is None and not upright.covers(pair[1]):
-        lifts_of = [sum_on_plane(level.direction, errors, sign) for errors in corners]
+        lifts_of = [_moved_form(level.direction, errors, sign) for errors in corners]
         beyond = shapely.difference(pair, upright)
-        lifting = _cut_by([_Positive(lift) for lift in lifts_of], beyond, accuracy)
+        lifting = _cut_by(lifts_of, beyond, accuracy)
         pair = shapely.union(shapely.intersection(pair, upright), lifting)
     return pair
 
 
-class _Positive(NamedTuple):
-    """The condition that a form on red is not negative; transposed, it is one of (α2, α1)."""
+def _moved_form(form: Form, errors: FloatArray, factor: float) -> Function:
+    """Return the last of some forms on red with errors of the four angles [rad], times a factor."""
 
-    form: CosineSum
-    transposed: bool = False
+    def value(alpha1: FloatArray, alpha2: FloatArray) -> FloatArray:
+        points = _on_red(alpha1, alpha2) + errors
+        return np.asarray(factor * form.at(Sines.of(points))[-1])
 
-    def least_on(self, shape: BaseGeometry) -> float:
-        """Return a lower bound on a shape, from values and slopes in the middle of square cells that cover it."""
-        if shape.is_empty:
-            return math.inf
-        left, bottom, right, top = shape.bounds
-        step = max(right - left, top - bottom)
-        middles = np.array([[left + step / 2, bottom + step / 2]])
-        for _ in range(_CUTS):
-            # Each cell that may hold the least value is cut into 16 parts.
-            step /= 4
-            parts = (middles[:, None] + step * _PARTS).reshape(-1, 2)
-            near = shapely.dwithin(shape, shapely.points(parts), step)
-            middles = parts[near]
-            bounds = self._bounds(middles, step / math.sqrt(2))
-            middles = middles[bounds <= 0]
-            if not len(middles):
-                break
-        return float(bounds.min(initial=math.inf))
-
-    def at(self, points: FloatArray) -> FloatArray:
-        """Return the values of the form at points (α1, α2), shape (k,)."""
-        return self.form.at(points[:, ::-1] if self.transposed else points)
-
-    def _bounds(self, middles: FloatArray, reach: float) -> FloatArray:
-        """Return lower bounds within a distance of some points, shape (k,)."""
-        points = middles[:, ::-1] if self.transposed else middles
-        value, along, across, _ = self.form.along(points, np.array([[1.0, 0.0]]))
-        fall = np.hypot(along, across) * reach + self.form.most(2) * reach**2 / 2
-        return np.asarray(value - fall)
-
-    def cut(self, pair: Pair, accuracy: float) -> Pair:
-        """Return the parts of a pair where the condition holds."""
-        left, bottom, right, top = pair[1].bounds
-        low, high = (bottom, top) if self.transposed else (left, right)
-        window = low - 2 * accuracy, high + 2 * accuracy
-        negative = borders.sum_negative(self.form, chord_tolerance(accuracy), window)
-        if self.transposed:
-            negative = negative.transposed()
-        reach = ROUND_OFF if negative.is_straight else accuracy / 2
-        beyond = offsets(negative.shape, reach)[::-1]
-        return np.asarray(shapely.difference(pair, beyond))
+    return value
 
 
-def _cut_by(conditions: Sequence[_Positive], pair: Pair, accuracy: float) -> Pair:
-    """Return the parts of a pair where all conditions hold."""
-    whole = pair[1]
-    places = np.random.default_rng(0).uniform(-HALF_PI, HALF_PI, (4, 2))
-    distinct = {tuple(np.round(one.at(places), 9)): one for one in conditions}
+def _difference(
+    first: Function, second: Function, alpha1: FloatArray, alpha2: FloatArray
+) -> FloatArray:
+    return first(alpha1, alpha2) - second(alpha1, alpha2)
+
+
+def _cut_by(functions: Sequence[Function], pair: Pair, accuracy: float) -> Pair:
+    """Return the parts of a pair where no function is negative."""
+    cells = _cells_of(pair[1])
+    places = np.random.default_rng(0).uniform(-HALF_PI, HALF_PI, (2, 4))
+    distinct = {tuple(np.round(one(*places), 9)): one for one in functions}
+    waves = [Waves.of(function) for function in distinct.values()]
     # The most restrictive ones first: few borders reach what they leave.
-    for condition in sorted(distinct.values(), key=lambda one: one.least_on(whole)):
-        if condition.least_on(pair[1]) <= 0:
-            pair = condition.cut(pair, accuracy)
+    for form in sorted(waves, key=lambda one: _least_on(cells, one)):
+        if _least_on(_cells_of(pair[1]), form) <= 0:
+            pair = _cut(pair, Border(form), accuracy)
     return pair
+
+
+def _cells_of(shape: BaseGeometry) -> tuple[FloatArray, float]:
+    """Return the middles of square cells that cover a shape, shape (k, 2), and how far their corners are [rad]."""
+    if shape.is_empty:
+        return np.zeros((0, 2)), 0.0
+    left, bottom, right, top = shape.bounds
+    step = max(right - left, top - bottom) / _CELLS
+    line = step * (np.arange(_CELLS) + 0.5)
+    middles = np.array(list(product(left + line, bottom + line)))
+    reach = step / math.sqrt(2)
+    return middles[shapely.dwithin(shape, shapely.points(middles), reach)], reach
+
+
+def _least_on(cells: tuple[FloatArray, float], form: Waves) -> float:
+    """Return a lower bound of waves on cells, from values and slopes in their middles."""
+    middles, reach = cells
+    value, along, across, _ = form.along(middles, np.array([[1.0, 0.0]]))
+    fall = np.hypot(along, across) * reach + form.most(2) * reach**2 / 2
+    return float((value - fall).min(initial=math.inf))
 
 
 def _moved(pair: Pair, turn: Sequence[float]) -> Pair:
@@ -770,26 +763,29 @@ def _admissible(
         ).pair
 
     condition = _determinant_condition(signs, least, color, judged)
-    if require == "valid":
-        pairs = [signed(wanted) for wanted in signs]
-        return region_of(_union(pairs), accuracy, condition)
-    region = _physical(vehicle, floor, accuracy)
-    if floor < _SEPARATING:
-        pairs = [signed(wanted) for wanted in signs]
-        return region_of(_union(pairs), accuracy, condition) & region
-    pairs = []
-    for wanted in signs:
-        # Each polygon of the inner shape is off R = 0, so R has one sign on it.
-        pair = np.array([_of_sign(wanted, shape, vehicle) for shape in region.pair])
-        if floor <= _BAND * level_of(rotors_of(vehicle)).rate * accuracy:
-            # The outer shape may reach over R = 0.
-            whole = _red_sign(wanted, vehicle, accuracy)[1]
-            pair[1] = shapely.intersection(region.outer, whole)
-        # |R| is at least a product of four singular values, over 2κ.
+    region = region_of(_WHOLE, accuracy)
+    is_separated = False
+    if require == "flyable":
+        region = _physical(vehicle, floor, accuracy)
+        # Each polygon is off R = 0, so R has one sign on it, and |R| is at least a product of four singular values, over 2κ.
+        band = _BAND * level_of(rotors_of(vehicle)).rate * accuracy
         certain = floor**4 / (2 * vehicle.drag_ratio)
-        if certain < least and _determinant_falls_below(least, wanted, pair[0], judged):
-            pair = shapely.intersection(pair, signed(wanted))
-        pairs.append(pair)
+        is_separated = floor > max(_SEPARATING, band) and certain >= least
+    pairs: list[Any] = []
+    for wanted in signs:
+        if is_separated:
+            pairs.append([_of_sign(wanted, shape, vehicle) for shape in region.pair])
+            continue
+        name: Sign = "positive" if wanted > 0 else "negative"
+        of_sign = sign_region(
+            name,
+            vehicle,
+            color=color,
+            coefficients=coefficients,
+            least=least,
+            accuracy=accuracy,
+        )
+        pairs.append(shapely.intersection(region.pair, of_sign.pair))
     return region_of(_union(pairs), region.accuracy, condition, *region.conditions)
 
 

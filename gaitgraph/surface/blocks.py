@@ -46,10 +46,15 @@ class Block:
         """Whether the determinant is a function of α1 times one of α2, and so vanishes on straight lines."""
         return bool(abs(np.linalg.det(self.form)) <= _ROUNDED * np.sum(self.form**2))
 
-    @property
-    def has_orthogonal_columns(self) -> bool:
-        """Whether the singular values are the lengths of the columns, one of α1 and one of α2, at all angles."""
-        return bool(np.abs(self.first.T @ self.second).max() <= _ROUNDED)
+    def determinant(self, alpha1: FloatArray, alpha2: FloatArray) -> FloatArray:
+        """Return the determinant at α1 and α2 of shape (k,)."""
+        u1, u2 = directions(alpha1), directions(alpha2)
+        return np.asarray(np.sum(u1 * (self.form @ u2), axis=0))
+
+    def squares(self, alpha1: FloatArray, alpha2: FloatArray) -> FloatArray:
+        """Return the sum of the squared singular values at α1 and α2 of shape (k,)."""
+        columns = self.first @ directions(alpha1), self.second @ directions(alpha2)
+        return np.asarray(np.sum(np.square(columns), axis=(0, 1)))
 
 
 def yaw_block(vehicle: Vehicle) -> Block:

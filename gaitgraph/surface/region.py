@@ -332,14 +332,6 @@ def offsets(shape: BaseGeometry, reach: float) -> Pair:
     return np.array([offset(shape, -reach), offset(shape, reach)])
 
 
-def sides_of(shape: BaseGeometry, reach: float) -> tuple[Pair, Pair]:
-    """Return the parts of the square inside a shape and outside it, if its border is known to within `reach` [rad]."""
-    moved = offsets(shape, reach)
-    within = shapely.intersection(_SQUARE, moved)
-    without = shapely.difference(_SQUARE, moved[::-1])
-    return within, without
-
-
 def chord_tolerance(accuracy: float) -> float:
     """Return how far chords may be from a curved border for an accuracy [rad]; above 1e-3 nothing would be saved."""
     return min(0.45 * accuracy, 1e-3)
