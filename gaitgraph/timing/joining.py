@@ -326,9 +326,9 @@ class Course(Record):
         return timed.period
 
     def at(self, t: FloatArray) -> Motion:
-        """Return the motion at times of shape (n,) [s]; see :meth:`TimedGait.at`."""
+        """Return the motion at times of any shape [s]; see :meth:`TimedGait.at`."""
         which = np.searchsorted(self.begins[1:-1], t, side="right")
-        motion = np.empty((3, len(t), 4))
+        motion = np.empty((3, *t.shape, 4))
         for k, (begin, own, timed) in enumerate(self.sections):
             mine = which == k
             if mine.any():
@@ -372,14 +372,10 @@ class JoinedPath(TimedGait):
                     names[k] = HOVER
                 elif names[k] == "path":
                     names[k] = "entry" if k < gait else "exit"
-        begins = [0.0]
-        sections = []
-        for section in self.sections:
-            sections.append((begins[-1], 0.0, section))
-            begins.append(begins[-1] + section.period)
-        return Course(
-            sections=tuple(sections), duration=begins[-1], phases=tuple(names)
-        )
+        ends = np.cumsum([section.period for section in self.sections]).tolist()
+        begins = [0.0, *ends[:-1]]
+        sections = [*zip(begins, [0.0] * len(begins), self.sections, strict=True)]
+        return Course(sections=tuple(sections), duration=ends[-1], phases=tuple(names))
 
     @property
     def phases(self) -> tuple[tuple[str, float], ...]:
@@ -431,14 +427,8 @@ class JoinedPath(TimedGait):
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; before and after the path those of its ends."""
         times = times_from(t)
-        motion = self.course.at(np.clip(times, 0.0, self.period).reshape(-1))
-        shape = (*times.shape, 4)
-        moves = ((times >= 0.0) & (times <= self.period))[..., None]
-        return Motion(
-            alpha=motion.alpha.reshape(shape),
-            rates=motion.rates.reshape(shape) * moves,
-            accelerations=motion.accelerations.reshape(shape) * moves,
-        )
+        motion = self.course.at(np.clip(times, 0.0, self.period))
+        return motion.moving((times >= 0.0) & (times <= self.period))
 
     def peaks(self, order: int) -> FloatArray:
         """Return upper bounds: those of the paths and the gaits; the fourth derivative of a run-up has none."""

@@ -83,6 +83,13 @@ class Motion(NamedTuple):
     rates: FloatArray
     accelerations: FloatArray
 
+    def moving(self, moves: npt.NDArray[np.bool_]) -> Motion:
+        """Return the motion at rest where it does not move; `moves` has the shape of the times."""
+        at_all = moves[..., None]
+        return self._replace(
+            rates=self.rates * at_all, accelerations=self.accelerations * at_all
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TimedGait(Pictured):
@@ -537,17 +544,9 @@ class TimedPath(TimedGait):
         # At the end the rates are those just before it; a law may stop there at full speed.
         last = math.nextafter(self.period, 0.0)
         motion = self.loop.at(np.clip(times, 0.0, last))
-        moves = ((times >= 0.0) & (times <= self.period))[..., None]
-        return Motion(
-            alpha=np.where((times >= self.period)[..., None], self._end, motion.alpha),
-            rates=motion.rates * moves,
-            accelerations=motion.accelerations * moves,
-        )
-
-    @property
-    def _end(self) -> FloatArray:
-        end: FloatArray = self.gait.alpha[len(self.gait.alpha) // 2]
-        return end
+        is_over = (times >= self.period)[..., None]
+        motion = motion._replace(alpha=np.where(is_over, self.line[-1], motion.alpha))
+        return motion.moving((times >= 0.0) & (times <= self.period))
 
     def peaks(self, order: int) -> FloatArray:
         """Return those of the loop; see :meth:`TimedGait.peaks`."""
