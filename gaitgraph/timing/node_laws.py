@@ -9,7 +9,9 @@ values at both ends. Its duration h follows from the width Δs of the interval,
 so that every choice of speeds and accelerations is a law that closes and is twice continuously differentiable. Put into
 the path's polynomials it gives polynomials of time, whose Bernstein coefficients bound their derivatives.
 
-Three ways lead to speeds, each for what its limits ask:
+Three ways lead to speeds, each for what its limits ask. None serves for another: on 25 random loops laws with rests
+found at 2000 nodes took 8 % to 11 % longer than the phases, and a linear programme takes about 25 times as long as the
+passes, and has no tangent to 1/√b where a law rests.
 
 * from rest to rest along straight lines, in the phases of the fastest motion (:func:`rest_to_rest`);
 * along a smooth curve, or one with rests at corners, under limits of rate and acceleration. With b = ṡ² the

@@ -260,7 +260,7 @@ def paced(
     timed = answer.timed
     if answer.status == "still":
         timed = replace(routes[0].standing(float(period)), samples=count)
-        return routes[0].answer("ok", timed=timed, least=0.0)
+        return replace(answer, status="ok", reason="", timed=timed)
     if timed is None:
         return answer
     if period < timed.period:

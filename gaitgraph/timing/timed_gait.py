@@ -633,14 +633,12 @@ def _timed_rows(
         colors: tuple[str, ...] = ()
         if len(set(corners.colors)) == 1:
             colors = corners.colors[:1] * len(rows.alpha)
-        return RowTimedGait(
-            gait=replace(corners, alpha=rows.alpha, colors=colors),
-            period=float(times[-1] - times[0]),
-            law=ROW_BY_ROW,
-            samples=len(times) - 1,
-            times=times - times[0],
-            closed=len(rows.alpha) < len(table),
-            law_stated="law" in table.about,
+        is_closed = len(rows.alpha) < len(table)
+        return _row_by_row(
+            table,
+            replace(corners, alpha=rows.alpha, colors=colors),
+            times,
+            closed=is_closed,
         )
     if period is None:
         period = table.about.get("period")
@@ -667,24 +665,33 @@ def _timed_path(
     """Return the motion of a table that is run once; its rows, straight between them, or with a new timing by a law."""
     rows, times = given.rows
     corners = given.gait
-    samples = 2 * (len(table) - 1)
     if times is not None and duration is None and law is None:
-        loop = RowTimedGait(
-            gait=replace(corners, alpha=rows.alpha, colors=rows.colors),
-            period=float(times[-1] - times[0]),
-            law=ROW_BY_ROW,
-            samples=samples,
-            times=times - times[0],
-            law_stated="law" in table.about,
-        )
+        out_and_back = replace(corners, alpha=rows.alpha, colors=rows.colors)
+        loop = _row_by_row(table, out_and_back, times, closed=True)
         path = TimedPath.of(loop)
         return replace(path, phases=_stated_phases(table, path.period))
     if duration is None and times is not None:
         duration = float(table["t"][-1] - table["t"][0])
     if duration is None:
         raise InputError("t must be a column of a path, got none; set a period")
+    samples = 2 * (len(table) - 1)
     return TimedPath.of(
         corners.parametrize(2 * duration, law=law or DEFAULT_LAW, samples=samples)
+    )
+
+
+def _row_by_row(
+    table: Table, gait: Gait, times: FloatArray, *, closed: bool
+) -> RowTimedGait:
+    """Return the rows of a table, straight between them, at their own times."""
+    return RowTimedGait(
+        gait=gait,
+        period=float(times[-1] - times[0]),
+        law=ROW_BY_ROW,
+        samples=len(times) - 1,
+        times=times - times[0],
+        closed=closed,
+        law_stated="law" in table.about,
     )
 
 
