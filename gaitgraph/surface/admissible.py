@@ -172,13 +172,19 @@ def _red_sign(sign: int, vehicle: Vehicle, accuracy: float) -> Pair:
 @lru_cache(maxsize=32)
 def _determinant_sides(vehicle: Vehicle, accuracy: float) -> list[dict[int, Pair]]:
     """Return, for each block, where its determinant is positive and where it is negative."""
-    found = []
-    for block in (yaw_block(vehicle), roll_block(vehicle)):
-        border = Border(Waves.of(block.determinant))
-        negative = _negative(border, accuracy, margin=_OPEN_MARGIN)
-        above = shapely.difference(_SQUARE, negative[::-1])
-        found.append({1: above, -1: shapely.intersection(_SQUARE, negative)})
-    return found
+    return [
+        _sides_of(block.determinant, accuracy, _OPEN_MARGIN)
+        for block in (yaw_block(vehicle), roll_block(vehicle))
+    ]
+
+
+def _sides_of(
+    function: Function, accuracy: float, margin: float = ROUND_OFF
+) -> dict[int, Pair]:
+    """Return where a function is positive and where it is negative."""
+    negative = _negative(Border(Waves.of(function)), accuracy, margin=margin)
+    above = shapely.difference(_SQUARE, negative[::-1])
+    return {1: above, -1: shapely.intersection(_SQUARE, negative)}
 
 
 @lru_cache(maxsize=32)
@@ -411,26 +417,21 @@ def _thrust_limit(
     thrusts are positive where both torques have one sign (docs/theory.md, 11).
     """
     moments = level_of(rotors_of(vehicle)).moment[:2, 2]
+
+    def excess(rotor: int, *alpha: FloatArray) -> FloatArray:
+        own, other = (moments[k] @ directions(alpha[k]) for k in (rotor, 1 - rotor))
+        lift = other * np.cos(alpha[rotor]) + own * np.cos(alpha[1 - rotor])
+        return np.asarray(other - 2 * share * lift)
+
+    sides = [_sides_of(partial(excess, rotor), accuracy) for rotor in (0, 1)]
     pairs = []
     for cell in hover_region(vehicle).outer.geoms:
-        middle = shapely.get_coordinates(cell.centroid)[0]
-        kept = math.copysign(1.0, moments[0] @ directions(float(middle[0])))
+        middle = float(cell.centroid.x)
+        kept = int(np.sign(moments[0] @ directions(middle)))
         if largest:
             kept = -kept
-        pair = np.array([cell, cell])
-        for rotor in (0, 1):
-
-            def excess(
-                *alpha: FloatArray, rotor: int = rotor, kept: float = kept
-            ) -> Any:
-                own, other = (
-                    moments[k] @ directions(alpha[k]) for k in (rotor, 1 - rotor)
-                )
-                lift = other * np.cos(alpha[rotor]) + own * np.cos(alpha[1 - rotor])
-                return kept * (other - 2 * share * lift)
-
-            pair = _cut(pair, Border(Waves.of(excess)), accuracy)
-        pairs.append(pair)
+        both = shapely.intersection(sides[0][kept], sides[1][kept])
+        pairs.append(shapely.intersection(cell, both))
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
     value = partial(_extreme_share, vehicle, largest)
     limit = _bound(

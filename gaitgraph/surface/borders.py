@@ -253,8 +253,8 @@ class _Curve:
         first = np.cumsum(chords + 1) - chords - 1
         theta = math.pi * (np.arange(len(number)) - first[number]) / chords[number]
         settled = is_straight[number[1:]] | (number[1:] != number[:-1])
+        points = self._points(edges, number, theta)
         for _ in range(_MOST_ROUNDS):
-            points = self._points(edges, number, theta)
             starts, ends = points[:-1][~settled], points[1:][~settled]
             parts = np.ones(len(settled), dtype=int)
             parts[~settled] = _parts_of(self.border, starts, ends, tolerance)
@@ -264,6 +264,11 @@ class _Curve:
             theta = np.interp(np.arange(last[-1] + 1), last, theta)
             number = np.append(np.repeat(number[:-1], parts), number[-1])
             settled = np.repeat(parts == 1, parts)
+            is_new = np.ones(len(theta), dtype=bool)
+            is_new[last] = False
+            known, points = points, np.empty((len(theta), 2))
+            points[last] = known
+            points[is_new] = self._points(edges, number[is_new], theta[is_new])
         return np.split(points, np.flatnonzero(np.diff(number)) + 1)
 
 
