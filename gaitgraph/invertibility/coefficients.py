@@ -68,9 +68,6 @@ class Coefficients(Record):
     kind: Kind
     rotors: Rotors
 
-    def __reduce__(self) -> tuple[type[Coefficients], tuple[Kind, Rotors]]:
-        return Coefficients, (self.kind, self.rotors)
-
     @property
     def colors(self) -> tuple[Literal["red", "blue"], ...]:
         """The sheets on which Rφ = Rθ = 0: red, and for rotors at the height of the centre of mass blue."""

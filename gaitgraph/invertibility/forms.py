@@ -267,6 +267,11 @@ class Level:
             return -inputs, -direction
         return inputs, direction
 
+    @cached_property
+    def input_noise(self) -> FloatArray:
+        """Bounds of what floating point alone makes of the zero-moment inputs where they vanish, shape (4,)."""
+        return np.concatenate([form.rounding() for form in self.inputs])
+
     def inputs_at(self, sines: Sines) -> FloatArray:
         """Return the values of the four zero-moment inputs at points, shape (4, k)."""
         return np.concatenate([form.at(sines) for form in self.inputs])

@@ -318,6 +318,8 @@ def hover_thrust_shares(
 def shares_at(sines: Sines, level: Level) -> FloatArray:
     """Return :func:`hover_thrust_shares` at points, shape (4, k)."""
     thrust = level.rotors.thrust_signs[:, None] * level.inputs_at(sines)
+    # What floating point alone may make of zero is zero.
+    thrust[np.abs(thrust) <= level.input_noise[:, None]] = 0.0
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(thrust / level.lift.at(sines)[0])
 

@@ -5,7 +5,7 @@ A rule is a function from a gait with its criteria to a check. It holds along al
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -128,33 +128,11 @@ def _first_wrong_pair(gait: JudgedGait) -> tuple[int | None, str]:
     return point, message
 
 
-class _Jump(NamedTuple):
-    """The segment that leaves the sheets of its ends most, in terms of its limit."""
-
-    segment: int
-    size: float
-    limit: float
-    changes_color: bool
-
-
-def _largest_jump(gait: JudgedGait) -> _Jump:
-    """Return by how much segments leave the sheets of their ends.
+def continuous(gait: JudgedGait) -> Check:
+    """Check that points are on the sheets of their colors, and segments too.
 
     Within one color printed digits may move a segment off its sheet by the tolerance.
     """
-    segments, criteria = gait.segments, gait.criteria
-    before, after = segments.color[:-1], segments.color[1:]
-    sizes = sheet_jumps(
-        segments.starts, segments.ends, before, after, criteria.coefficients
-    )
-    changes = before != after
-    limits = np.where(changes, SAME_ANGLE, criteria.tolerance)
-    worst = int(np.argmax(sizes / np.maximum(limits, SAME_ANGLE)))
-    return _Jump(worst, float(sizes[worst]), float(limits[worst]), bool(changes[worst]))
-
-
-def continuous(gait: JudgedGait) -> Check:
-    """Check that points are on the sheets of their colors, and segments too."""
     segments, tolerance = gait.segments, gait.criteria.tolerance
     bare = np.flatnonzero(segments.color == 0)
     if len(bare):
@@ -165,12 +143,18 @@ def continuous(gait: JudgedGait) -> Check:
             lies = f"{idle} idle at {place}, which lies on neither sheet"
         message = f"{lies}: {_TAKE_ROOTS}"
         return check_of("continuous", False, message, limit=tolerance, place=place)
-    jump = _largest_jump(gait)
+    before, after = segments.color[:-1], segments.color[1:]
+    jumps = sheet_jumps(
+        segments.starts, segments.ends, before, after, gait.criteria.coefficients
+    )
+    limits = np.where(before != after, SAME_ANGLE, tolerance)
+    worst = int(np.argmax(jumps / np.maximum(limits, SAME_ANGLE)))
+    jump = float(jumps[worst])
+    limit = float(limits[worst])
+    changes_color = bool(before[worst] != after[worst])
     farthest = int(np.argmax(gait.off))
     off = float(gait.off[farthest])
-    breaks_by_jump = jump.changes_color and jump.size > max(
-        jump.limit, off + SAME_ANGLE
-    )
+    breaks_by_jump = changes_color and jump > max(limit, off + SAME_ANGLE)
     if off > tolerance and not breaks_by_jump:
         place = segments.place(farthest)
         color = color_of(segments.color[farthest])
@@ -183,15 +167,13 @@ def continuous(gait: JudgedGait) -> Check:
         return check_of(
             "continuous", False, message, value=off, limit=tolerance, place=place
         )
-    place = segments.place(jump.segment)
-    ok = jump.size <= jump.limit
+    place = segments.place(worst)
+    ok = jump <= limit
     message = "every segment stays on its sheet"
     if not ok:
         cause = "wraps by π or leaves its sheet"
-        if jump.changes_color:
+        if changes_color:
             cause = "changes color"
-        size = f"{jump.size:.4f} rad (limit {jump.limit:g})"
+        size = f"{jump:.4f} rad (limit {limit:g})"
         message = f"(α3, α4) jumps by {size} after {place}, where it {cause}: stay on one sheet"
-    return check_of(
-        "continuous", ok, message, value=jump.size, limit=jump.limit, place=place
-    )
+    return check_of("continuous", ok, message, value=jump, limit=limit, place=place)

@@ -35,21 +35,18 @@ def both(first: Report, second: Report) -> Report:
     reach = first
     if first.reachable_from_hover and not second.reachable_from_hover:
         reach = second
-    power = second.hover_power
-    if power is not None:
-        power = first.hover_power
-    thrusts = second.hover_thrusts
-    if thrusts is not None:
-        thrusts = first.hover_thrusts
-    return replace(
+    worse = replace(
         second,
         checks=tuple(checks),
         reachable_from_hover=reach.reachable_from_hover,
         reachability=reach.reachability,
-        hover_power=power,
         hover_power_over=first.hover_power_over,
-        hover_thrusts=thrusts,
     )
+    if second.hover_power is not None:
+        worse = replace(worse, hover_power=first.hover_power)
+    if second.hover_thrusts is not None:
+        worse = replace(worse, hover_thrusts=first.hover_thrusts)
+    return worse
 
 
 def _is_worse(other: Check, check: Check) -> bool:
