@@ -192,12 +192,8 @@ def _timed_as_asked(
     table = given.table
     given = replace(given, file=None)  # of a file a period would have to be given
     is_resampled = any(value is not None for value in sampling.values())
-    keeps_motion = law is None
-    kept = {}
-    if table is not None:
-        keeps_motion = law is None and "t" in table and len(table) > 1
-        if table.limits:
-            kept["limits"] = table.about["limits"]
+    has_times = table is None or ("t" in table and len(table) > 1)
+    keeps_motion = law is None and has_times
     if table is not None and keeps_motion:
         if period is None and not is_resampled:
             warn_of_ends(table)
@@ -205,18 +201,21 @@ def _timed_as_asked(
         if table.motion is None:
             rows = _sampled_rows(given, table, period, sampling)
             return completed_table(rows, **chosen)
-    if keeps_motion:
+    if not keeps_motion:
+        if law is not None:
+            checked_choice("law", law, LAWS)
+        motion = timed_gait_of(given, period=period, law=law)
+    else:
         motion = timed_gait_of(given)
         if period is not None:
             checked_clock(period, DEFAULT_LAW)
             motion = motion.with_period(period)
-    else:
-        if law is not None:
-            checked_choice("law", law, LAWS)
-        motion = timed_gait_of(given, period=period, law=law)
     if is_resampled or not keeps_motion:
         count = checked_clock(motion.period, DEFAULT_LAW, **sampling)
         motion = replace(motion, samples=count)
+    kept = {}
+    if table is not None and table.limits:
+        kept["limits"] = table.about["limits"]
     return table_of(motion, kept)
 
 

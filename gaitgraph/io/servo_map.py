@@ -184,24 +184,16 @@ class Joint(Record):
         return _OF_PULSES
 
     @property
-    def per_radian(self) -> float:
-        """Units of the column in one radian."""
+    def scale(self) -> tuple[float, float]:
+        """Units of the column in one radian, and its value where the joint is at q = 0."""
         if self.unit == "normalized":
             low, high = _pair(self.limits)
-            return 2.0 / (high - low)
+            return 2.0 / (high - low), -(low + high) / (high - low)
         if self.unit == "deg":
-            return math.degrees(1.0)
-        return self.us_per_rad or 1.0
-
-    @property
-    def at_zero(self) -> float:
-        """The value of the column where the joint is at q = 0."""
-        if self.unit == "normalized":
-            low, high = _pair(self.limits)
-            return -(low + high) / (high - low)
+            return math.degrees(1.0), 0.0
         if self.unit == "us":
-            return self.neutral_us
-        return 0.0
+            return self.us_per_rad or 1.0, self.neutral_us
+        return 1.0, 0.0
 
     @property
     def has_rates(self) -> bool:
@@ -222,7 +214,7 @@ class Joint(Record):
         """The largest error of α by the decimals of its column [rad]."""
         if self.decimals is None:
             return 0.0
-        turn = 0.5 * 10.0**-self.decimals / self.per_radian
+        turn = 0.5 * 10.0**-self.decimals / self.scale[0]
         if self.linkage is None:
             return turn
         servo, tilt = np.array(self.linkage).T
@@ -236,8 +228,8 @@ class Joint(Record):
             low, high = self.limits_us
         elif self.unit == "normalized":
             low, high = -1.0, 1.0
-        else:
-            low, high = low * self.per_radian, high * self.per_radian
+        elif self.unit == "deg":
+            low, high = math.degrees(1.0) * low, math.degrees(1.0) * high
         if self.linkage is not None:
             ends = [self.linkage[0][1], self.linkage[-1][1]]
             least, most = sorted(map(float, map(self.value_of, ends)))
@@ -249,13 +241,15 @@ class Joint(Record):
         turn = tilt
         if self.linkage is not None:
             turn, _ = linked(self.linkage, tilt, to_servo=True)
-        return self.at_zero + self.per_radian * (self.sign * turn + self.zero)
+        per_radian, at_zero = self.scale
+        return at_zero + per_radian * (self.sign * turn + self.zero)
 
     def angle_of(self, value: Any) -> Any:
         """Return the joint's angle q [rad] of values of the column."""
         if self.unit == "deg":
             return np.radians(value)
-        return (value - self.at_zero) / self.per_radian
+        per_radian, at_zero = self.scale
+        return (value - at_zero) / per_radian
 
     def tilt_of(self, value: Any) -> Any:
         """Return the tilt angle α [rad] of values of the column: the inverse of :meth:`value_of`."""
@@ -269,7 +263,7 @@ class Joint(Record):
         slope: Any = 1.0
         if self.linkage is not None:
             _, slope = linked(self.linkage, tilt, to_servo=True)
-        return self.sign * self.per_radian * slope
+        return self.sign * self.scale[0] * slope
 
     def is_beyond(self, values: FloatArray) -> npt.NDArray[np.bool_]:
         """Return which values of the column exceed the limits by more than rounding."""
