@@ -339,14 +339,18 @@ def hover_power(alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER) -> FloatArra
 
 def power_of_shares(shares: FloatArray, level: Level) -> FloatArray:
     """Return :func:`hover_power` of hover thrusts in units of m·g, shape (4, ...)."""
-    upward = np.where(shares > 0, shares, np.nan)
-    return np.asarray(np.sum(upward * np.sqrt(upward), axis=0) / _power_upright(level))
+    return np.asarray(_power_of(shares) / _power_upright(level))
 
 
 @lru_cache(maxsize=32)
 def _power_upright(level: Level) -> float:
-    shares = shares_at(Sines.of(np.zeros((1, 4))), level)
-    return float(np.sum(shares * np.sqrt(np.maximum(shares, 0.0))))
+    return float(_power_of(shares_at(Sines.of(np.zeros((1, 4))), level))[0])
+
+
+def _power_of(shares: FloatArray) -> FloatArray:
+    """Return Σ f^1.5 of thrusts f, NaN where they are not all positive."""
+    upward = np.where(shares > 0, shares, np.nan)
+    return np.asarray(np.sum(upward * np.sqrt(upward), axis=0))
 
 
 def mean_hover_powers(
