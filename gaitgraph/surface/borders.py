@@ -361,7 +361,8 @@ def _on_grid(function: Function) -> FloatArray:
     """Return the values of a function of (α1, α2) on a grid of whole turns, shape (8, 8)."""
     angles = _FULL * np.arange(_SAMPLES) / _SAMPLES
     alpha1, alpha2 = np.repeat(angles, _SAMPLES), np.tile(angles, _SAMPLES)
-    return np.asarray(function(alpha1, alpha2).reshape(_SAMPLES, _SAMPLES))
+    values: FloatArray = function(alpha1, alpha2).reshape(_SAMPLES, _SAMPLES)
+    return values
 
 
 def zeros_of(samples: FloatArray) -> FloatArray:

@@ -34,17 +34,9 @@ CHORD_DEVIATION = 1e-3
 """By how much chords between rows may be off the sheet [rad]."""
 _ROOM = 1e-9  # share by which bounds are widened for rounding
 _FEWEST = 16  # rows of each segment of a polyline
-_PIECES = 16  # of a segment, in bounds along it
 _MOST_HALVINGS = 24
 _PIECE = 0.05  # of a segment whose distance from the sheet is bounded [rad]
 _NO_SHEET = 1e-12  # share of its columns below which a determinant vanishes
-
-
-class CurveBounds(NamedTuple):
-    """What |dα/ds| and |d²α/ds²| of α3 and α4 do not exceed along segments, shape (m, 2) [rad]; infinite near a fibre."""
-
-    rates: FloatArray
-    bends: FloatArray
 
 
 class LiftedRows(NamedTuple):
@@ -160,20 +152,6 @@ class CurvedSheet(Record):
             math.cos(tilt) * table[..., 1] - math.sin(tilt) * table[..., 0]
         )
 
-    def contacts(self, alpha1: npt.ArrayLike) -> FloatArray:
-        """Return the α2 where the sheet meets the singular one, in (−π/2, π/2], shape (..., 2) [rad]; NaN without."""
-        u1 = _directions_of(alpha1)
-        forms = np.einsum("abcd,...a,...c->...bd", self.contact, u1, u1)
-        square, linear = forms[..., 1, 1], forms[..., 0, 1] + forms[..., 1, 0]
-        discriminant = linear**2 - 4 * square * forms[..., 0, 0]
-        root = np.sqrt(np.maximum(discriminant, 0.0))
-        # Both zeros of a + b·t + c·t², t = tan α2, with the sum that does not cancel.
-        sum_of_both = -(linear + np.where(linear < 0, -root, root)) / 2
-        first = np.arctan2(sum_of_both, square)
-        second = np.arctan2(forms[..., 0, 0], sum_of_both)
-        zeros = wrapped(np.stack([first, second], axis=-1))
-        return np.where(discriminant[..., None] < 0, math.nan, zeros)
-
     def changes_within(
         self, alpha1: FloatArray, alpha2: FloatArray, reach: float
     ) -> FloatArray:
@@ -195,18 +173,6 @@ class CurvedSheet(Record):
         lengths = np.linalg.norm(self._directions(alpha1, alpha2), axis=-1)
         speed = np.linalg.norm(self._turned(alpha1, alpha2), axis=-1).sum(axis=-1)
         return lengths, reach * speed + 2 * reach**2 * self.waves.sum(axis=1)
-
-    def bounds_along(self, starts: FloatArray, ends: FloatArray) -> CurveBounds:
-        """Return proven bounds along segments of (α1, α2), of shape (m, 2) [rad], by the share s of a segment."""
-        shares = np.linspace(0.0, 1.0, _PIECES + 1)[:, None]
-        points = starts[:, None] + shares * (ends - starts)[:, None]
-        first, last = (part.reshape(-1, 2) for part in (points[:, :-1], points[:, 1:]))
-        rates, bends = self._bounds_of_pieces(first, last)
-        by_piece = (len(starts), _PIECES, 2)
-        return CurveBounds(
-            rates=_PIECES * rates.reshape(by_piece).max(axis=1),
-            bends=_PIECES**2 * bends.reshape(by_piece).max(axis=1),
-        )
 
     def rows(
         self, corners: npt.ArrayLike, deviation: float = CHORD_DEVIATION
@@ -258,7 +224,7 @@ class CurvedSheet(Record):
         segment = np.repeat(np.arange(len(starts)), _FEWEST)
         broken = []
         while True:
-            rates, bends = self._bounds_of_pieces(first, last)
+            rates, bends = self.bounds_along(first, last)
             is_coarse = (bends.max(axis=1) > 8 * deviation) | (rates.max(axis=1) > 1)
             is_short = np.abs(last - first).max(axis=1) < 2.0**-_MOST_HALVINGS
             at_fibre = is_coarse & is_short
@@ -304,7 +270,7 @@ class CurvedSheet(Record):
         self, starts: FloatArray, ends: FloatArray
     ) -> FloatArray:
         """Return the bounds along short segments."""
-        rates, bends = self._bounds_of_pieces(starts[:, :2], ends[:, :2])
+        rates, bends = self.bounds_along(starts[:, :2], ends[:, :2])
         at_ends = np.maximum(self.distances(starts), self.distances(ends))
         turns = np.abs(ends - starts)[:, 2:] + rates
         bounds = at_ends + bends.max(axis=1) / 8
@@ -320,12 +286,15 @@ class CurvedSheet(Record):
         off = self.distances_along(alpha, ends)
         return bool(off.max() <= CHORD_DEVIATION + SAME_ANGLE)
 
-    def _bounds_of_pieces(self, starts: FloatArray, ends: FloatArray) -> CurveBounds:
-        """Return bounds along short segments.
+    def bounds_along(
+        self, starts: FloatArray, ends: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return what |dα/ds| and |d²α/ds²| of α3 and α4 do not exceed along m short segments of (α1, α2) [rad].
 
-        U is a sum of two waves, which bound its derivatives. |U| is at least the distance of the chord from 0, less an
-        eighth of |U″|. With n = U × U′ and p = |U|²·U × U″ − 2n·U·U′ the derivatives of the angle are n/|U|² and p/|U|⁴;
-        n and p are known at both ends, and n′ and p′ have bounds.
+        Both have the shape (m, 2), and are infinite near a fibre; s is the share of a segment. U is a sum of two waves,
+        which bound its derivatives. |U| is at least the distance of the chord from 0, less an eighth of |U″|. With
+        n = U × U′ and p = |U|²·U × U″ − 2n·U·U′ the derivatives of the angle are n/|U|² and p/|U|⁴; n and p are known at
+        both ends, and n′ and p′ have bounds.
         """
         steps = ends - starts
         turns = np.abs([steps.sum(axis=1), steps[:, 0] - steps[:, 1]])
@@ -356,9 +325,9 @@ class CurvedSheet(Record):
             rates = (1 + _ROOM) * turning / least**2
             bends = (1 + _ROOM) * bending / least**4
         is_bounded = least > 0
-        return CurveBounds(
-            rates=np.where(is_bounded, rates, math.inf),
-            bends=np.where(is_bounded, bends, math.inf),
+        return (
+            np.where(is_bounded, rates, math.inf),
+            np.where(is_bounded, bends, math.inf),
         )
 
     def _directions(self, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike) -> FloatArray:
@@ -441,12 +410,6 @@ def _wave_sizes(table: FloatArray) -> list[float]:
     return [
         float(np.linalg.norm(np.array(wave) / 2, 2)) for wave in (of_sum, of_difference)
     ]
-
-
-def border(form: npt.ArrayLike, alpha1: npt.ArrayLike) -> FloatArray:
-    """Return the α2 in [−π/2, π/2] at which a form in u1 and u2, shape (2, 2), is zero above α1, shape (...) [rad]."""
-    across = _directions_of(alpha1) @ np.asarray(form)
-    return np.asarray(wrapped(np.arctan2(-across[..., 0], across[..., 1])))
 
 
 def _directions_of(alpha: npt.ArrayLike) -> FloatArray:
