@@ -354,7 +354,7 @@ def _limits(breaks: FloatArray, low: float = -_END, high: float = _END) -> Float
     limits = np.concatenate([[low], inside, [high]])
     kept = np.append(np.diff(limits) > ROUND_OFF, True)
     kept[0] = True
-    return limits[kept]
+    return np.asarray(limits[kept])
 
 
 def _on_grid(function: Function) -> FloatArray:
