@@ -160,6 +160,7 @@ def write_mat(table: Table, path: Path) -> None:
     Beside them are `names` and `units` of the columns, and `provenance`, as texts.
     """
     from scipy.io import savemat
+    from scipy.io.matlab import MatWriteError
 
     for name in table.columns:
         if not _NAME.fullmatch(name):
@@ -173,7 +174,12 @@ def write_mat(table: Table, path: Path) -> None:
     arrays["names"] = list(table.columns)
     arrays["units"] = list(table.units.values())
     arrays[_PROVENANCE] = provenance_text(table)
-    savemat(path, arrays, oned_as="column", do_compression=True)
+    try:
+        savemat(path, arrays, oned_as="column", do_compression=True)
+    except MatWriteError as error:
+        raise InputError(
+            f"{len(table)} rows are too many for a .mat file ({error}); write a .parquet file"
+        ) from error
     with path.open("r+b") as stream:  # scipy writes the time and the system there
         stream.write(
             f"MATLAB 5.0 MAT-file, written by gaitgraph {__version__}".ljust(

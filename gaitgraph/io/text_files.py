@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.gait.table import Table
+    from gaitgraph.invertibility.forms import FloatArray
 
 _AT_ONCE = 16_384  # rows, as objects of Python
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
@@ -41,6 +42,9 @@ def read_csv(path: Path) -> RawTable:
     with path.open(encoding="utf-8-sig") as stream:
         names, line = _names_of(stream)
         body = stream.read()
+    numbers = _numbers_in(body)
+    if numbers is not None and numbers.shape[1] == len(names):
+        return RawTable(columns=named_columns(names, numbers.T))
     rows = _rows_of(body, len(names), line)
     if not rows:
         return RawTable(columns=named_columns(names, [()] * len(names)))
@@ -71,6 +75,17 @@ def _names_of(stream: TextIO) -> tuple[list[str], int]:
             "columns must be separated by commas, with points in numbers, got semicolons, tabs or blanks"
         )
     return names, line
+
+
+def _numbers_in(body: str) -> FloatArray | None:
+    """Return lines that hold finite numbers alone as rows of an array; None where they hold anything else."""
+    if not body.isascii() or not body or body.isspace():
+        return None
+    try:
+        numbers = np.loadtxt(StringIO(body), delimiter=",", comments=None, ndmin=2)
+    except ValueError:
+        return None
+    return numbers if np.isfinite(numbers).all() else None
 
 
 def _rows_of(body: str, count: int, line: int) -> list[list[str]]:

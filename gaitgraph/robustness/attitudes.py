@@ -31,6 +31,7 @@ from gaitgraph.invertibility.coefficients import (
 )
 from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.invertibility.matrices import (
+    BoolArray,
     IntArray,
     attitude_of,
     attitude_sensitivities,
@@ -45,13 +46,16 @@ from gaitgraph.invertibility.tilt_margins import (
 )
 from gaitgraph.records import Record
 from gaitgraph.surface.region import polygons_of
+from gaitgraph.tolerances import ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, VehicleLike
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 100_000
+_SIDES = 64  # of a cone, against which pieces are tested
 _FIRST_POINTS = 3  # of a side
 _MOST_HALVINGS = 40
-_DIGITS = 9  # of points where rays meet the plane at height one
+_DEEP = 0.1  # products of unit vectors of which a vertical is deep inside
+_THIN = 1e-13  # of the length of points on a line: how far rounding leads them off it
 _SAG = 1e-6  # rad, largest distance of straight sides of a polygon from the curves
 _AT_POLE = 1e-12  # rad of pitch
 
@@ -209,29 +213,41 @@ def _proven_polygon(
 ) -> tuple[shapely.Polygon, float]:
     """Return a polygon in which all is acceptable, and a bound of what it lacks; empty if R cannot be told from zero.
 
-    Samples of v alone give a polygon with all that is acceptable. The gait is cut until both polygons agree.
+    Samples of v alone give a polygon with all that is acceptable. Pieces of the gait on which v may leave the cone of
+    the samples are cut until both polygons agree.
     """
     starts, ends = closed[:-1], closed[1:]
     sign = math.copysign(1.0, attitude_sensitivities(starts[0], coefficients)[2])
+    samples = np.zeros((0, 3))
+    most = max(_MOST_PIECES, 2 * len(starts))
+    pieces = 0
     while True:
         first = sign * attitude_sensitivities(starts, coefficients)
         last = sign * attitude_sensitivities(ends, coefficients)
+        # Where a piece ends, the next begins.
+        samples = np.concatenate([samples, first])
+        inside = _inside(samples)
+        if inside is None:
+            return shapely.Polygon(), 1.0
+        samples = _extreme_rays(samples, inside)
         between = _rays_between(first, last, starts, ends, coefficients)
-        rays = np.concatenate([first, between])
-        is_last = 4 * len(starts) > _MOST_PIECES
-        if (rays[:, 2] > 0).all():
-            polygon = _polygon_of(_extreme_rays(rays))
-            possible = _polygon_of(_extreme_rays(first))
-            lacks = max(possible.area - polygon.area, 0.0) / DIAGRAM_AREA
+        may_leave = _may_leave(samples, first, last, between)
+        pieces += len(starts)
+        is_last = pieces + 4 * may_leave.sum() > most
+        if (between @ inside > 0).all():
+            rays = between[may_leave].reshape(-1, 3)
+            rays = _extreme_rays(np.concatenate([samples, rays]), inside)
+            polygon = _polygon_of(rays)
+            lacks = max(_polygon_of(samples).area - polygon.area, 0.0) / DIAGRAM_AREA
             by_sides = 0.0
-            if polygon.area < DIAGRAM_AREA:
+            if len(rays) > 1:
                 by_sides = _SAG * float(polygon.length) / DIAGRAM_AREA
             # Finer pieces gain at most what the straight sides lose.
             if is_last or lacks <= 2 * _SAG or lacks + by_sides <= tolerance:
                 return polygon, lacks + by_sides
         elif is_last:
             return shapely.Polygon(), 1.0
-        nodes = np.linspace(starts, ends, 5)
+        nodes = np.linspace(starts[may_leave], ends[may_leave], 5)
         starts = np.concatenate(nodes[:-1])
         ends = np.concatenate(nodes[1:])
 
@@ -243,7 +259,7 @@ def _rays_between(
     ends: FloatArray,
     coefficients: Coefficients,
 ) -> FloatArray:
-    """Return four rays for each of m pieces, (4m, 3): with v at both ends their cone holds v all along it.
+    """Return four rays for each piece, (m, 4, 3): with v at both ends their cone holds v all along it.
 
     v differs from its chord by 4·s·(1 − s) of the deviation at most. That is a parabola, whose Bézier point in the
     middle is off by twice the deviation: in a square about the chord, and at the lower height, which is the stricter.
@@ -253,38 +269,95 @@ def _rays_between(
     rays = np.repeat((first + last)[:, None] / 2, 4, axis=1)
     rays[:, :, :2] += 2 * across[:, None, None] * corners
     rays[:, :, 2] -= 2 * level[:, None]
-    return rays.reshape(-1, 3)
+    return rays
 
 
-def _extreme_rays(rays: FloatArray) -> FloatArray:
-    """Return the extreme rays of a cone and the upright one's, unit vectors, counter-clockwise seen from above.
+def _may_leave(
+    cone: FloatArray, first: FloatArray, last: FloatArray, between: FloatArray
+) -> BoolArray:
+    """Return whether v may leave a cone of extreme rays along each piece.
 
-    Rays are told apart where they meet the plane at height one, to 1e-9.
+    Its products with the normals of the cone are above parabolas with Bézier points f0, f and f1, which are nowhere
+    negative if f ≥ −√(f0·f1). Of many rays some are taken: a piece with an end beside their cone is in the whole one if
+    f ≥ 0.
     """
-    points = np.vstack([[0.0, 0.0], rays[:, :2] / rays[:, 2:]]).round(_DIGITS)
-    hull = shapely.convex_hull(shapely.multipoints(points))
-    around = shapely.get_coordinates(shapely.orient_polygons(hull))
-    if len(around) > 2:  # a polygon ends where it begins
-        around = around[:-1]
-    extreme = np.column_stack([around, np.ones(len(around))])
-    return np.asarray(extreme / np.linalg.norm(extreme, axis=1, keepdims=True))
+    if len(cone) < 3:
+        return np.ones(len(first), dtype=bool)
+    some = cone[:: -(-len(cone) // _SIDES)]
+    normals = np.cross(some, np.roll(some, -1, axis=0)).T
+    at_first, at_last = first @ normals, last @ normals
+    is_beside = (np.minimum(at_first, at_last) < -ROUND_OFF).any(axis=1)
+    allowed = np.sqrt(np.maximum(at_first, 0.0) * np.maximum(at_last, 0.0))
+    allowed[is_beside] = 0.0
+    least = (between @ normals).min(axis=1)
+    return np.asarray((least < -allowed).any(axis=1))
+
+
+def _inside(rays: FloatArray) -> FloatArray | None:
+    """Return a vertical with a positive product with the upright one and every ray: upright, or the deepest one."""
+    rows = np.vstack([_UP, rays])
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    if rows[:, 2].min() > _DEEP:
+        return _UP
+    from scipy.optimize import linprog  # which most gaits need not load
+
+    # The unknowns are the vertical and the least of all products, which is to be large.
+    solution = linprog(
+        [0.0, 0.0, 0.0, -1.0],
+        A_ub=np.column_stack([-rows, np.ones(len(rows))]),
+        b_ub=np.zeros(len(rows)),
+        bounds=[(-1.0, 1.0)] * 4,
+    )
+    best = np.asarray(solution.x)
+    if best[3] <= SAME_ANGLE:
+        return None
+    return np.asarray(best[:3] / np.linalg.norm(best[:3]))
+
+
+def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
+    """Return the extreme rays of a cone and the upright one's, unit vectors, counter-clockwise about `inside`.
+
+    Rays within 1e-9 rad of each other are one. Qhull keeps its hulls convex where points are within rounding of each
+    other, but may lose an end of points that are on a line but for rounding; only both ends are extreme then.
+    """
+    from scipy.spatial import ConvexHull
+
+    everything = np.vstack([_UP, rays])
+    everything /= np.linalg.norm(everything, axis=1, keepdims=True)
+    points = _projected(everything, inside)
+    offset = points - points[0]
+    farthest = offset[np.argmax(np.sum(offset**2, axis=1))]
+    along = offset @ farthest
+    beside = offset @ [-farthest[1], farthest[0]]
+    if np.abs(beside).max() <= _THIN * along.max():
+        index = np.unique([np.argmin(along), np.argmax(along)])
+    else:
+        index = np.asarray(ConvexHull(points).vertices)
+    extreme = everything[np.roll(index, -int(np.argmax(index == 0)))]
+    kept = [extreme[0]]  # the upright one, if it is extreme
+    for ray in extreme[1:]:
+        apart = np.abs(ray - [kept[0], kept[-1]]).max(axis=1)
+        if apart.min() > SAME_ANGLE:
+            kept.append(ray)
+    return np.array(kept)
+
+
+def _projected(rays: FloatArray, inside: FloatArray) -> FloatArray:
+    """Return the central projection of rays onto the plane at distance one along `inside`, shape (..., 2)."""
+    axis = np.eye(3)[np.argmin(np.abs(inside))]
+    first = np.cross(inside, axis)
+    first /= np.linalg.norm(first)
+    second = np.cross(inside, first)
+    return np.asarray(
+        rays @ np.column_stack([first, second]) / (rays @ inside)[:, None]
+    )
 
 
 def _polygon_of(rays: FloatArray) -> shapely.Polygon:
     """Return the verticals that have a positive product with all extreme rays, given counter-clockwise."""
     if len(rays) == 1:
         return shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
-    # Each ray has a side across it, an arc of a great circle; that of the upright ray is the border of the diagram.
-    corners = np.cross(rays, np.roll(rays, -1, axis=0))
-    corners /= np.linalg.norm(corners, axis=1, keepdims=True)
-    starts = np.roll(corners, 1, axis=0)
-    along = np.cross(rays, starts)
-    turn = np.full(2, math.pi)
-    if len(rays) > 2:
-        cosine = np.sum(corners * starts, axis=1)
-        turn = np.arctan2(np.sum(corners * along, axis=1), cosine) % (2 * math.pi)
-        turn = np.where(turn > 1.5 * math.pi, 0.0, turn)  # rounding of none
-    polygon = shapely.Polygon(_arcs(starts, along, turn))
+    polygon = shapely.Polygon(_ring_of(rays))
     if not polygon.is_valid:
         parts = polygons_of(shapely.make_valid(polygon)).geoms
         polygon = max(
@@ -294,10 +367,38 @@ def _polygon_of(rays: FloatArray) -> shapely.Polygon:
     return cast("shapely.Polygon", polygon.normalize())
 
 
-def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray:
-    """Return points (roll, pitch) of sides that are arcs of great circles; lines between them are within 1e-6 rad.
+def _ring_of(rays: FloatArray) -> FloatArray:
+    """Return the border of the polygon of :func:`_polygon_of` as points (roll, pitch), shape (k, 2).
 
-    At pitch ±π/2, where roll is not determined, it is that of the middle of the side.
+    Each ray has a side across it, an arc of a great circle; that of the upright ray is on the horizon.
+    """
+    upright = np.flatnonzero((rays == _UP).all(axis=1))
+    has_horizon = len(upright) > 0
+    if has_horizon:
+        rays = np.roll(rays, -1 - int(upright[0]), axis=0)  # the horizon is last
+    corners = np.cross(rays, np.roll(rays, -1, axis=0))
+    corners /= np.linalg.norm(corners, axis=1, keepdims=True)
+    starts = np.roll(corners, 1, axis=0)
+    along = np.cross(rays, starts)
+    turn = np.full(2, math.pi)
+    if len(rays) > 2:
+        cosine = np.sum(corners * starts, axis=1)
+        turn = np.arctan2(np.sum(corners * along, axis=1), cosine) % (2 * math.pi)
+        turn = np.where(turn > 1.5 * math.pi, 0.0, turn)  # rounding of none
+    curved = len(rays) - has_horizon
+    points = _arcs(starts[:curved], along[:curved], turn[:curved])
+    if not has_horizon:
+        return points
+    border = _border(starts[-1], float(turn[-1]))
+    # Its end is the first point again, except for rounding, which would make a ring cross itself.
+    is_new = np.abs(border - points[0]).max(axis=1) > SAME_ANGLE
+    return np.concatenate([points, border[is_new]])
+
+
+def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray:
+    """Return points of sides that are arcs of great circles; straight lines between them are within 1e-6 rad.
+
+    The end of a side is left out, since the next begins there, but for pitch ±π/2, where the next has another roll.
     """
     middle = _on_arc(starts, along, turn / 2)
 
@@ -320,7 +421,6 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray
         angle = np.insert(angle, wide + 1, between[wide])
         side = np.insert(side, wide + 1, side[wide])
         points = np.insert(points, wide + 1, new[wide], axis=0)
-    # Where a side ends, the next begins, but at pitch ±π/2 with another roll.
     is_inner = np.append(side[1:] == side[:-1], False)
     at_pole = np.abs(points[:, 1]) > HALF_PI - _AT_POLE
     return np.asarray(points[is_inner | at_pole])
@@ -337,3 +437,17 @@ def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
     beside = np.where(at_pole[:, None], middle, verticals)
     roll = np.arctan2(beside[:, 1], np.maximum(beside[:, 2], 0.0))
     return np.column_stack([roll, attitude_of(verticals)[:, 1]])
+
+
+def _border(start: FloatArray, turn: float) -> FloatArray:
+    """Return the corners of a side along the border of the diagram, where the vertical is horizontal."""
+    first = math.atan2(start[1], start[0])
+    last = first + turn
+    poles = math.pi * np.arange(math.ceil(first / math.pi), last // math.pi + 1)
+    angles = np.concatenate([[first], poles, [last]])
+    pitch = -np.arcsin(np.cos(angles))
+    # At a pole the roll steps from one side of the diagram to the other.
+    sides = [np.clip(angles + step, first, last) for step in (-1e-9, 1e-9)]
+    roll = np.copysign(HALF_PI, np.sin(sides))
+    corners = np.stack([roll, np.array([pitch, pitch])], axis=-1)
+    return np.concatenate(corners.swapaxes(0, 1))
