@@ -28,7 +28,7 @@ from typing import (
 )
 
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.errors import InputError, shown, wrong
+from gaitgraph.errors import InputError, check_fields, shown, wrong
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -187,7 +187,7 @@ def rebuilt(value: Any) -> Any:
     if not isinstance(items, list):
         raise wrong("items", "must be a list", items)
     try:
-        if kind in _LIBRARY:
+        if isinstance(kind, str) and kind in _LIBRARY:
             return _LIBRARY[kind](**rest)
         return _rebuilt_record(_class_of(kind), rest)
     except _BROKEN as error:
@@ -213,10 +213,10 @@ def _rebuilt_record(kind: Any, rest: dict[str, Any]) -> Any:
     if issubclass(kind, tuple):
         return kind(*rebuilt(rest["items"]))
     named = dict(_rebuilt_items(rest.items()))
+    _check_names(kind, named)
     # A constructor that takes wider types than the record holds checks them itself.
     if kind._constructed_from is Record._constructed_from:
         _check_types(kind, named)
-    _check_complete(kind, named)
     later = {one.name: named.pop(one.name) for one in fields(kind) if not one.init}
     record = kind(**named)
     for name, item in later.items():
@@ -224,20 +224,24 @@ def _rebuilt_record(kind: Any, rest: dict[str, Any]) -> Any:
     return record
 
 
-def _check_complete(kind: Any, named: dict[str, Any]) -> None:
-    """Raise InputError for the first field that a record needs and a mapping lacks."""
+def _check_names(kind: Any, named: dict[str, Any]) -> None:
+    """Raise InputError for the first field that a mapping lacks, or that the record does not have.
+
+    A record with a method of its own for what it is constructed from leaves out what has the default value.
+    """
     parameters = signature(kind).parameters.values()
-    needed = [
-        one.name
-        for one in parameters
-        if one.default is Parameter.empty and one.kind is not Parameter.VAR_KEYWORD
-    ]
-    needed += [one.name for one in fields(kind) if not one.init]
-    for name in needed:
-        if name not in named:
+    known = [one.name for one in parameters if one.kind is not Parameter.VAR_KEYWORD]
+    needed = [one.name for one in parameters if one.default is Parameter.empty]
+    later = [one.name for one in fields(kind) if not one.init]
+    if kind._constructed_from is Record._constructed_from:
+        needed = known
+    for name in [*needed, *later]:
+        if name in known + later and name not in named:
             raise InputError(
                 f"mapping of a {kind.__name__} must have {name}, got none", field=name
             )
+    if len(known) == len(parameters):
+        check_fields(f"mapping of a {kind.__name__}", named, known + later)
 
 
 def _check_types(kind: Any, named: dict[str, Any]) -> None:

@@ -276,19 +276,21 @@ def test_a_number_or_text_of_another_kind_is_named(
         gg.Report.from_dict(stated | {field: wrong})
 
 
-@pytest.mark.parametrize("name", ["Gait", "Report", "Table", "Plan"])
-def test_a_field_that_a_record_needs_and_the_mapping_lacks_is_named(name: str) -> None:
+@pytest.mark.parametrize("name", ["Gait", "Report", "Table", "Plan", "PlanRequest"])
+def test_a_field_that_a_mapping_lacks_or_has_beside_is_named(name: str) -> None:
     made = ALL[name]()
     stated = made.as_dict()
     for field in stated.keys() - {"type"}:
         less = {key: value for key, value in stated.items() if key != field}
-        try:
-            again = type(made).from_dict(less)
-        except gg.InputError as error:
-            assert error.field == field
-            assert f"must have {field}, got none" in str(error)
-        else:  # the constructor has a default
-            assert type(again) is type(made)
+        with pytest.raises(gg.InputError) as caught:
+            type(made).from_dict(less)
+        assert caught.value.field == field
+        assert f"must have {field}, got none" in str(caught.value)
+    with pytest.raises(gg.InputError, match="has no field 'more'") as caught:
+        type(made).from_dict(stated | {"more": 1})
+    assert caught.value.field == "more"
+    with pytest.raises(gg.InputError, match="type must be one that as_dict"):
+        type(made).from_dict(stated | {"type": [1]})
 
 
 def test_whole_numbers_of_json_are_numbers_too() -> None:
