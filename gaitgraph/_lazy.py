@@ -1,4 +1,6 @@
-"""Names that are loaded when they are first used, so that importing the package costs nothing.
+"""Names that are loaded, and values that are computed, when they are first used.
+
+So importing the package costs nothing.
 
 A package states its names in the imports of its ``if TYPE_CHECKING:`` block, for type checkers, and in a table beside it,
 from which :func:`lazy_names` imports a name's module when the name is asked for. A test compares the two.
@@ -6,12 +8,25 @@ from which :func:`lazy_names` imports a name's module when the name is asked for
 
 from __future__ import annotations
 
+import functools
 import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+    from functools import cached_property as cached_property  # noqa: PLC0414
+else:
+
+    class cached_property(functools.cached_property):  # noqa: N801 - as in functools
+        """The one of functools without its lock, which threads that work on different objects share in Python 3.11."""
+
+        def __get__(self, instance, owner=None):
+            if instance is None:
+                return self
+            value = instance.__dict__[self.attrname] = self.func(instance)
+            return value
+
 
 _MODULES: dict[str, dict[str, str]] = {}
 

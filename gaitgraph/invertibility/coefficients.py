@@ -19,13 +19,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, checked_choice, wrong
 from gaitgraph.invertibility.forms import (

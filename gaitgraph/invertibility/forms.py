@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.arrays import read_only
 from gaitgraph.records import Record
 from gaitgraph.vehicle import Place, rotor_columns

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.angles import angles_from
 from gaitgraph.errors import wrong
 from gaitgraph.invertibility.forms import (

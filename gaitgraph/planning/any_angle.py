@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from dataclasses import replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 from itertools import groupby, pairwise
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import shapely
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.errors import InputError
 from gaitgraph.graph.walks import quanta_of, shortest_order
 from gaitgraph.invertibility.matrices import (

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.errors import checked_choice
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import prepared_region

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.invertibility.error_margins import (

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.angles import checked_floor
 from gaitgraph.errors import (
     InputError,

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import shapely
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.angles import angle_within, checked_floor, percent, whole_number
 from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.given import given_gait

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.errors import InputError, check_kind, wrong
 from gaitgraph.gait.gait import name_of
 from gaitgraph.pictured import Pictured, pandas

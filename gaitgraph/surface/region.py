@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.angles import HALF_PI, angle_within, angles_from, is_list
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import of_field, shown, wrong

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitgraph._lazy import cached_property
 from gaitgraph.angles import HALF_PI, angle_within, checked_floor, checked_number
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.gait.table import closing_time
