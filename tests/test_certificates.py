@@ -12,6 +12,7 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.certificates import check
+from gaitgraph.certificates.making import stated_vehicle
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.gait.table import ANGLES
 from gaitgraph.invertibility.coefficients import coefficients_of
@@ -208,6 +209,22 @@ def test_angles_and_tilts_that_are_too_large_are_refused() -> None:
         gg.certify(gg.Gait(alpha=turned, colors=("red", "red")))
     with pytest.raises(InputError, match="tilt"):
         gg.certify("gait3", tilt="90deg")
+
+
+def test_jumps_of_rates_are_claimed_to_three_digits() -> None:
+    timed = gg.lift(LOOP, "red").parametrize(1.0, law="constant-speed")
+    ahead = np.roll(timed.gait.alpha, -1, axis=0) - timed.gait.alpha
+    rates = ahead / np.diff(timed.corner_times)[:, None]
+    largest = np.abs(rates - np.roll(rates, 1, axis=0)).max()
+    joints = gg.certify(timed).document["claims"]["joints"]
+    assert largest <= float(joints["rate_jump"]) <= largest * 1.01
+
+
+def test_equal_arms_with_axes_of_their_own_stay_where_they_are() -> None:
+    leaning = gg.PAPER.replace(tilt_axes=gg.PAPER.axes[0] + [0.0, 0.0, 0.1])
+    places = np.array(stated_vehicle(leaning)["rotor_positions"], dtype=float)
+    arm: Any = leaning.arm_length
+    np.testing.assert_allclose(places, arm * np.array(leaning.scaled_positions))
 
 
 # -- Commands
