@@ -530,24 +530,24 @@ class HoverShares(_Thrusts):
         """
         bends = self.bends.along(p1 - p0)
         sign = np.sign(first[6])
-        thrusts0, thrusts1 = sign * first[2:6], sign * last[2:6]
         level0, level1 = sign * first[6], sign * last[6]
         least_level = least_of_bent(level0, level1, bends[4])
         out = np.full((2, len(sign)), -np.inf)
         kept = least_level > 0
+        thrusts0 = (sign * first[2:6])[:, kept]
+        thrusts1 = (sign * last[2:6])[:, kept]
+        level0, level1, least_level = level0[kept], level1[kept], least_level[kept]
+        bends = bends[:, kept]
         for row, sense in enumerate((1.0, -1.0)):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                share = sense * np.minimum(
-                    sense * thrusts0 / level0, sense * thrusts1 / level1
-                )
+            share0, share1 = thrusts0 / level0, thrusts1 / level1
+            share = sense * np.minimum(sense * share0, sense * share1)
             deficit = least_of_bent(
                 sense * (thrusts0 - share * level0),
                 sense * (thrusts1 - share * level1),
                 bends[:4] + np.abs(share) * bends[4],
             )
-            with np.errstate(divide="ignore", invalid="ignore"):
-                bound = sense * share + np.minimum(deficit, 0.0) / least_level
-            out[row, kept] = bound.min(axis=0)[kept]
+            bound = sense * share + np.minimum(deficit, 0.0) / least_level
+            out[row, kept] = bound.min(axis=0)
         return out
 
 
