@@ -12,7 +12,7 @@ AIMS = {
     "acceptable attitudes per sample against a raster of formula (1)": "at most 1/50",
     "the loop of Gait 3 against OMPL": "at most 0.6",
     "a new vehicle each time, planned": "at most 10 ms",
-    "a new vehicle each time, planned along a border": "at most 10 ms",
+    "a new vehicle each time, planned round a keep-out": "at most 10 ms",
     "a new vehicle each time, refused with the nearest points": "at most 20 ms",
     "a new vehicle each time, region": "at most 20 ms",
     "a new keep-out in flight against plan_loop": "ours at most 0.5 ms",

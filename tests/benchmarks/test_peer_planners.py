@@ -133,11 +133,13 @@ def test_gait_3_ompl(benchmark: Any) -> None:
     assert min(lengths) >= math.sqrt(2) * math.pi * (1 - 1e-3)
 
 
-COLD: dict[str, list[Any]] = {
-    "planned": [*GAIT_3],
-    "planned along a border": [(-1.2, 1.2), (0.1, 0.9), (0.1, -0.1), (-1.2, -0.05)],
-    "refused with the nearest points": [(-0.6, 0.6), (0.9, -0.6)],
-    "region": [],
+SQUARE = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)]
+ON_A_SIDE = [(-0.5, 0.7), (-0.3, 0.7), (-0.3, 0.9), (-0.5, 0.9)]
+COLD: dict[str, dict[str, Any]] = {
+    "planned": {"waypoints": GAIT_3},
+    "planned round a keep-out": {"waypoints": SQUARE, "keep_out": [ON_A_SIDE]},
+    "refused with the nearest points": {"waypoints": [(-0.6, 0.6), (0.9, -0.6)]},
+    "region": {},
 }
 
 
@@ -152,17 +154,19 @@ def test_a_new_vehicle_each_time_ours(benchmark: Any, answer: str) -> None:
         vehicle = next(vehicles)
         if answer == "region":
             return len(gg.admissible_region(vehicle).components) > 0
-        return bool(gg.plan_loop(COLD[answer], vehicle=vehicle))
+        return bool(gg.plan_loop(vehicle=vehicle, **COLD[answer]))
 
     found = benchmark.pedantic(answered, rounds=60, warmup_rounds=5)
     assert found == (not answer.startswith("refused"))
 
 
 @pytest.mark.parametrize(
-    ("answer", "sign"), [("planned", -1), ("planned along a border", 1)]
+    ("answer", "sign"), [("planned", -1), ("planned round a keep-out", 1)]
 )
 def test_a_new_vehicle_each_time_ompl(benchmark: Any, answer: str, sign: int) -> None:
     """The same loops leg by leg, on the paper's surface and with one sign of R alone."""
     benchmark.group = f"a new vehicle each time, {answer}"
-    plan = leg_planner(sign=sign)
-    benchmark.pedantic(lambda: [plan(a, b) for a, b in legs(COLD[answer])], **WARM)
+    asked = COLD[answer]
+    plan = leg_planner(asked.get("keep_out", ()), sign=sign)
+    ends = legs(asked["waypoints"])
+    benchmark.pedantic(lambda: [plan(a, b) for a, b in ends], **WARM)
