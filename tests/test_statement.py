@@ -208,6 +208,24 @@ def test_limits_that_are_none_are_refused(limits: Any, tmp_path: Path) -> None:
         )
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_plan_that_was_rounded_is_read_back_with_its_request(
+    seed: int, tmp_path: Path
+) -> None:
+    """Its curve passes a waypoint at the whole tolerance, and its polyline farther by its chord."""
+    rng = np.random.default_rng(seed)
+    waypoints = rng.uniform((-1.2, 0.2), (-0.3, 1.2), (3, 2)).tolist()
+    gait = gg.plan_loop(waypoints).gait
+    limits = gg.Limits(rate=5.0, acceleration=60.0)
+    timed = gg.least_period(gait, limits, rounding=0.03).timed
+    timed.write(tmp_path / "w.csv")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        table = gg.read_table(tmp_path / "w.csv")
+    assert table.about["request"]["waypoints"] == waypoints
+    assert table.motion is not None
+
+
 @pytest.mark.parametrize("rounding", [None, 0.05])
 def test_rows_that_are_missing_or_out_of_order_drop_the_statement(
     rounding: float | None, tmp_path: Path

@@ -50,6 +50,9 @@ if TYPE_CHECKING:
 DEFAULT_CHORD = 1e-6
 """How far a curve may be from the chords that its checks look along [rad in the (α1, α2) plane]."""
 
+POLYLINE_CHORD = 1e-4
+"""How far a curve may be from the polyline that is its gait [rad in the (α1, α2) plane]."""
+
 SMALLEST = 1e-5
 """The least rounding, and the least distance between rounded corners [rad], limited by round-off."""
 
@@ -130,7 +133,7 @@ class Curve(Record):
         turns = np.unique(np.concatenate([self.breaks[:-1], *roots]))
         return np.asarray(turns[(turns >= 0) & (turns < self.span)])
 
-    def polyline(self, tolerance: float = 1e-4) -> Gait:
+    def polyline(self, tolerance: float = POLYLINE_CHORD) -> Gait:
         """Return a gait with corners on the curve, whose segments are proven to be within a tolerance of it [rad]."""
         width = np.diff(self.breaks)
         bend = bends_of(self.pieces, width)

@@ -36,6 +36,7 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import color_codes
+from gaitgraph.timing.curve import POLYLINE_CHORD
 from gaitgraph.timing.joining import joined_again
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.limited_gait import LimitedGait
@@ -256,7 +257,7 @@ def _difference_from_request(table: Table, motion: TimedGait) -> str:
     off = shapely.distance(shapely.points(waypoints), loop)
     allowed = _MISSED
     if isinstance(motion, LimitedGait) and motion.rounding is not None:
-        allowed += motion.rounding.tolerance
+        allowed += motion.rounding.tolerance + POLYLINE_CHORD
     if (off > allowed).any():
         number = int(np.argmax(off)) + 1
         return f"the stated motion passes {off.max():.2g} rad from waypoint {number} of the stated request"
