@@ -358,15 +358,17 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
     if isinstance(answer, (Gait, Plan)):
         base.legend_below(ax, columns=2)
     title = str(shown).partition("\n")[0].rstrip(":")
+    width = 76
     if isinstance(shown, Report):
         title = shown.verdict
+        width = 64  # beside the names of the checks there is less room
     elif isinstance(shown, Comparison):
         title = ", ".join(shown.names)
     elif isinstance(shown, Location):
         title = f"Admissible regions, vehicle {shown.request.vehicle.name}"
         if not any(place.region.components for place in shown.regions):
             title += ": none"
-    ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 76), fontsize=9)
+    ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), width), fontsize=9)
     return ax
 
 
