@@ -217,7 +217,7 @@ def test_a_plan_that_was_rounded_is_read_back_with_its_request(
     waypoints = rng.uniform((-1.2, 0.2), (-0.3, 1.2), (3, 2)).tolist()
     gait = gg.plan_loop(waypoints).gait
     limits = gg.Limits(rate=5.0, acceleration=60.0)
-    timed = gg.least_period(gait, limits, rounding=0.03).timed
+    timed: Any = gg.least_period(gait, limits, rounding=0.03).timed
     timed.write(tmp_path / "w.csv")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
