@@ -777,16 +777,7 @@ def _admissible(
         if is_separated:
             pairs.append([_of_sign(wanted, shape, vehicle) for shape in region.pair])
             continue
-        name: Sign = "positive" if wanted > 0 else "negative"
-        of_sign = sign_region(
-            name,
-            vehicle,
-            color=color,
-            coefficients=coefficients,
-            least=least,
-            accuracy=accuracy,
-        )
-        pairs.append(shapely.intersection(region.pair, of_sign.pair))
+        pairs.append(shapely.intersection(region.pair, signed(wanted)))
     return region_of(_union(pairs), region.accuracy, condition, *region.conditions)
 
 

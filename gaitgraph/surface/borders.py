@@ -314,7 +314,10 @@ def where_negative(
     left, bottom, right, top = bounds
     if has_frequency.all():
         turned = where_negative(
-            border.transposed(), tolerance, bounds=(bottom, left, top, right)
+            border.transposed(),
+            tolerance,
+            also=also and also.transposed(),
+            bounds=(bottom, left, top, right),
         )
         shape = shapely.transform(turned.shape, lambda points: points[:, ::-1])
         return Drawn(shape, turned.is_straight)
