@@ -15,9 +15,11 @@ from scipy.ndimage import label as connected
 
 import gaitgraph as gg
 from gaitgraph.angles import HALF_PI
+from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.error_margins import bears_servo_errors, servo_margin
+from gaitgraph.invertibility.forms import rotors_of
 from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
     least_singular_value,
@@ -28,8 +30,10 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface import servo_margin_region
 from gaitgraph.surface.admissible import (
+    QUARTERS,
     admissible_region,
     certain_determinant,
+    hover_quarter_of,
     hover_region,
     sign_region,
     singular_value_region,
@@ -236,11 +240,11 @@ MADE: dict[str, Any] = {
 @pytest.mark.parametrize(
     ("name", "accuracy", "corners"),
     [
-        ("singular value", 1e-2, 112),
+        ("singular value", 1e-2, 119),
         ("singular value", 1e-7, 5561),
         ("thrust", 1e-5, 520),
         ("R", 1e-5, 2217),
-        ("blue", 1e-5, 955),
+        ("blue", 1e-5, 1281),
     ],
 )
 def test_inner_and_outer_are_as_near_as_stated_with_few_corners(
@@ -254,6 +258,25 @@ def test_inner_and_outer_are_as_near_as_stated_with_few_corners(
     assert accuracy / 2 < shapely.distance(region.inner, some).max() < most * accuracy
     assert region.accuracy == accuracy
     assert len(points) == pytest.approx(corners, rel=0.05)
+
+
+@pytest.mark.parametrize("vehicle", SQUARE)
+def test_a_quarter_is_its_part_of_the_region(vehicle: Vehicle) -> None:
+    whole = admissible_region(vehicle, sign="negative")
+    parts = [
+        admissible_region(vehicle, sign="negative", quarter=quarter)
+        for quarter in QUARTERS
+    ]
+    for shape in ("inner", "outer"):
+        drawn = shapely.union_all([getattr(part, shape) for part in parts])
+        assert drawn.equals(getattr(whole, shape))
+    corners = [(-HALF_PI, HALF_PI), (HALF_PI, -HALF_PI)]
+    for quarter, part, corner in zip(QUARTERS, parts, corners, strict=True):
+        points = [corner, *part.inner.representative_point().coords]
+        assert hover_quarter_of(points, vehicle) == quarter
+    assert hover_quarter_of(corners, vehicle) is None
+    with pytest.raises(InputError, match="quarter"):
+        admissible_region(vehicle, quarter="upper")  # type: ignore[arg-type]
 
 
 # Components and labels
@@ -293,7 +316,10 @@ def test_components_of_a_grid_and_labels_are_the_same(vehicle: Vehicle) -> None:
     np.testing.assert_array_equal(labels.prod(axis=-1)[clear], np.sign(R)[clear])
     assert tuple(red_label(0.0, 0.0, vehicle).tolist()) == HOVER_LABEL == (1, 1, 1)
     codes, u = labels @ [9, 3, 1], directions(axis)
-    yaw, roll = (u.T @ block(vehicle).form @ u > 0 for block in (yaw_block, roll_block))
+    yaw, roll = (
+        u.T @ block(rotors_of(vehicle)).form @ u > 0
+        for block in (yaw_block, roll_block)
+    )
     of_parts: list[int] = []
     for sides in product((True, False), repeat=2):
         parts, number = connected((yaw == sides[0]) & (roll == sides[1]))

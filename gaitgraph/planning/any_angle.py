@@ -28,7 +28,11 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.planning.loop import Loop
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.admissible import admissible_region, singular_value_region
+from gaitgraph.surface.admissible import (
+    admissible_region,
+    hover_quarter_of,
+    singular_value_region,
+)
 from gaitgraph.surface.region import region_of
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.tolerances import SAME_ANGLE
@@ -38,6 +42,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.planning.branch import Branch, Refusal
     from gaitgraph.planning.request import PlanRequest, Point
+    from gaitgraph.surface.admissible import Quarter
     from gaitgraph.surface.region import Region
 
 _KEPT = 256  # entries of waypoints
@@ -61,7 +66,7 @@ def any_angle_loop(branch: Branch) -> Loop | Refusal:
         if straight is not None and (not robust or _is_most_robust(straight)):
             return straight
     if not robust:
-        return _loop_in(prepared_region(branch), branch)
+        return _loop_in(_region_around(branch), branch)
     loop = _loop_in(_most_robust_region(branch), branch)
     if isinstance(loop, Loop):
         loop = replace(loop, lower_bound=None)  # a less robust one may be shorter
@@ -74,7 +79,7 @@ def shortest_path(branch: Branch) -> Leg | None:
     start, end = waypoints[0], waypoints[-1]
     if straight_loop(branch) is not None:
         return Leg(list(waypoints), math.dist(start, end))
-    return prepared_region(branch).leg(start, end)
+    return _region_around(branch).leg(start, end)
 
 
 # -- The straight loop
@@ -320,8 +325,20 @@ def length_of(points: Sequence[Sequence[float]]) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(points))
 
 
+def _region_around(branch: Branch) -> PreparedRegion:
+    """Return the part of the region of a branch in which all its loops are: no loop leaves a rectangle of hover thrusts."""
+    if branch.require == "valid" or branch.is_curved:
+        return prepared_region(branch)
+    request = branch.request
+    quarter = hover_quarter_of(request.waypoints, request.vehicle)
+    return prepared_region(branch, quarter=quarter)
+
+
 def prepared_region(
-    branch: Branch, level: float = 0.0, accuracy: float | None = None
+    branch: Branch,
+    level: float = 0.0,
+    accuracy: float | None = None,
+    quarter: Quarter | None = None,
 ) -> PreparedRegion:
     """Return the region in which loops of a branch are planned, or where they also keep a least singular value."""
     request = branch.request
@@ -337,6 +354,7 @@ def prepared_region(
         zones=request.zones,
         accuracy=accuracy or request.accuracy,
         servo_margin=0.0 if branch.is_curved else branch.servo_margin,
+        quarter=quarter,
     )
 
 

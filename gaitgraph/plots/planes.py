@@ -19,6 +19,7 @@ from gaitgraph.invertibility.coefficients import (
     coefficients_of,
 )
 from gaitgraph.invertibility.error_margins import servo_margins_found
+from gaitgraph.invertibility.forms import rotors_of
 from gaitgraph.plots import axes as base
 from gaitgraph.surface import sheets
 from gaitgraph.surface.blocks import directions, roll_block, yaw_block
@@ -451,7 +452,8 @@ def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     axis = _FINE_AXIS
     if vehicle.asymmetry is None:
         u = directions(axis)
-        blocks = (roll_block(vehicle), yaw_block(vehicle))
+        rotors = rotors_of(vehicle)
+        blocks = (roll_block(rotors), yaw_block(rotors))
         factors = [u.T @ block.form @ u for block in blocks]
     else:
         factors = [*curved_sheet(vehicle).factors_of_R(axis[:, None], axis)]

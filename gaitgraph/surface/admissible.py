@@ -10,7 +10,7 @@ import math
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 import shapely
@@ -27,7 +27,7 @@ from gaitgraph.errors import InputError, check_kind, checked_choice
 from gaitgraph.invertibility import error_margins, matrices
 from gaitgraph.invertibility.coefficients import check_symmetric, coefficients_of
 from gaitgraph.invertibility.forms import Form, Sines, level_of, rotors_of
-from gaitgraph.surface.blocks import directions, roll_block, yaw_block
+from gaitgraph.surface.blocks import Block, directions, roll_block, yaw_block
 from gaitgraph.surface.borders import Border, Waves, where_negative
 from gaitgraph.surface.curved_region import sheet_region
 from gaitgraph.surface.region import (
@@ -59,12 +59,16 @@ from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    import numpy.typing as npt
     from shapely import MultiPolygon
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
-    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray, Rotors
     from gaitgraph.surface.borders import Function
+
+Quarter = Literal["left", "right"]
+QUARTERS: tuple[Quarter, ...] = get_args(Quarter)
 
 _OPEN_MARGIN = (
     1e-9  # how far inside an open condition its straight border is drawn [rad]
@@ -153,6 +157,8 @@ def _negative(
 
 def _cut(pair: Pair, border: Border, accuracy: float) -> Pair:
     """Return the parts of a pair where h of a border is not negative."""
+    if pair[1].is_empty:
+        return pair
     negative = _negative(border, accuracy, around=pair[1])
     return np.asarray(shapely.difference(pair, negative[::-1]))
 
@@ -165,24 +171,17 @@ def _on_red(alpha1: FloatArray, alpha2: FloatArray) -> FloatArray:
 def _red_sign(sign: int, vehicle: Vehicle, accuracy: float) -> Pair:
     """Return where R has a sign on red: where the determinants of both blocks have the same sign, or opposite ones."""
     turned = sign if vehicle.signed_drag_ratio > 0 else -sign
-    yaw, roll = _determinant_sides(vehicle, accuracy)
+    yaw, roll = (
+        _determinant_sides(block(rotors_of(vehicle)), accuracy)
+        for block in (yaw_block, roll_block)
+    )
     return _union([shapely.intersection(yaw[k], roll[k * turned]) for k in (1, -1)])
 
 
-@lru_cache(maxsize=32)
-def _determinant_sides(vehicle: Vehicle, accuracy: float) -> list[dict[int, Pair]]:
-    """Return, for each block, where its determinant is positive and where it is negative."""
-    return [
-        _sides_of(block.determinant, accuracy, _OPEN_MARGIN)
-        for block in (yaw_block(vehicle), roll_block(vehicle))
-    ]
-
-
-def _sides_of(
-    function: Function, accuracy: float, margin: float = ROUND_OFF
-) -> dict[int, Pair]:
-    """Return where a function is positive and where it is negative."""
-    negative = _negative(Border(Waves.of(function)), accuracy, margin=margin)
+def _determinant_sides(block: Block, accuracy: float) -> dict[int, Pair]:
+    """Return where the determinant of a block is positive, and where it is negative."""
+    border = Border(Waves.of(block.determinant))
+    negative = _negative(border, accuracy, margin=_OPEN_MARGIN)
     above = shapely.difference(_SQUARE, negative[::-1])
     return {1: above, -1: shapely.intersection(_SQUARE, negative)}
 
@@ -220,9 +219,8 @@ def _blue_sign(
             return turned * sign * R - least
 
         above = _cut(_WHOLE, Border(Waves.of(excess)), accuracy)
-        parts.append(
-            shapely.intersection(_quarters(wraps[0], wraps[1], -turned), above)
-        )
+        unwrapped = _union(_quarters(wraps[0], wraps[1], -turned, _OPEN_MARGIN))
+        parts.append(shapely.intersection(unwrapped, above))
     return _union(parts)
 
 
@@ -244,8 +242,11 @@ def _everywhere(reason: str, _alpha1: float, _alpha2: float) -> str:
     return reason
 
 
-def _quarters(x: float, y: float, sign: int, kept: float = _OPEN_MARGIN) -> Pair:
-    """Return where (α1 − x)·(α2 − y) has a sign; `inner` keeps a margin from the lines [rad]."""
+def _quarters(x: float, y: float, sign: int, kept: float) -> list[Pair]:
+    """Return the two rectangles where (α1 − x)·(α2 − y) has a sign, that with the lower α1 first.
+
+    `inner` keeps a margin from the lines [rad].
+    """
     shapes = []
     for margin in (kept, 0.0):
         left, right = (-HALF_PI, x - margin), (x + margin, HALF_PI)
@@ -254,8 +255,8 @@ def _quarters(x: float, y: float, sign: int, kept: float = _OPEN_MARGIN) -> Pair
             below, above = above, below
         parts = [rectangle(left[0], below[0], left[1], below[1])]
         parts.append(rectangle(right[0], above[0], right[1], above[1]))
-        shapes.append(shapely.union_all(parts))
-    return np.array(shapes)
+        shapes.append(parts)
+    return list(np.array(shapes).T)
 
 
 def _checked_signs(color: object, sign: object) -> list[int]:
@@ -330,9 +331,27 @@ def hover_region(vehicle: VehicleLike = PAPER) -> Region:
     4.991
     """
     body = vehicle_named(vehicle)
-    pair = _quarters(*level_of(rotors_of(body)).crossings, -1)
-    condition = Condition(name="hover thrusts > 0", broken_at=partial(_pulling, body))
-    return region_of(pair, _OPEN_MARGIN, condition)
+    pair = _union([*_hover_quarters(body, _OPEN_MARGIN).values()])
+    return region_of(pair, _OPEN_MARGIN, _hovering(body))
+
+
+def _hover_quarters(vehicle: Vehicle, kept: float) -> dict[Quarter, Pair]:
+    """Return the two rectangles where all hover thrusts are positive; `inner` keeps a margin from the lines [rad]."""
+    left, right = _quarters(*level_of(rotors_of(vehicle)).crossings, -1, kept)
+    return {"left": left, "right": right}
+
+
+def hover_quarter_of(points: npt.ArrayLike, vehicle: Vehicle) -> Quarter | None:
+    """Return in which of the two rectangles of positive hover thrusts all points lie, shape (m, 2), if in one."""
+    plane = shapely.points(np.asarray(points, dtype=float))
+    for quarter, (inside, _) in _hover_quarters(vehicle, _OPEN_MARGIN).items():
+        if shapely.covers(inside, plane).all():
+            return quarter
+    return None
+
+
+def _hovering(vehicle: Vehicle) -> Condition:
+    return Condition(name="hover thrusts > 0", broken_at=partial(_pulling, vehicle))
 
 
 def _pulling(vehicle: Vehicle, alpha1: float, alpha2: float) -> str | None:
@@ -401,43 +420,45 @@ def thrust_region(
     accuracy, region = checked_accuracy(accuracy), hover_region(vehicle)
     if share is not None:
         checked_number("share", share, "a positive finite number (of m·g)", above=True)
-        region &= _thrust_limit(share, vehicle, accuracy, largest=True)
+        region = _thrust_limited(region, share, vehicle, accuracy, largest=True)
     if checked_number("least", least, "a finite number ≥ 0 (of m·g)"):
-        region &= _thrust_limit(least, vehicle, accuracy, largest=False)
+        region = _thrust_limited(region, least, vehicle, accuracy, largest=False)
     return region
 
 
-@lru_cache(maxsize=32)
-def _thrust_limit(
-    share: float, vehicle: Vehicle, accuracy: float, *, largest: bool
+def _thrust_limited(
+    region: Region, share: float, vehicle: Vehicle, accuracy: float, *, largest: bool
 ) -> Region:
-    """Return where hover thrusts are positive and the largest is at most a share, or the least at least a share.
+    """Return where in a region of positive hover thrusts the largest is at most a share, or the least at least a share.
 
     Rotors 1 and 2 have the yaw torques T1(α1) and T2(α2). The share of rotor 1 is half of T2/(T2·cos α1 + T1·cos α2), and
     thrusts are positive where both torques have one sign (docs/theory.md, 11).
     """
     moments = level_of(rotors_of(vehicle)).moment[:2, 2]
 
-    def excess(rotor: int, *alpha: FloatArray) -> FloatArray:
+    def excess(rotor: int, sign: int, *alpha: FloatArray) -> FloatArray:
         own, other = (moments[k] @ directions(alpha[k]) for k in (rotor, 1 - rotor))
         lift = other * np.cos(alpha[rotor]) + own * np.cos(alpha[1 - rotor])
-        return np.asarray(other - 2 * share * lift)
+        return np.asarray(sign * (other - 2 * share * lift))
 
-    sides = [_sides_of(partial(excess, rotor), accuracy) for rotor in (0, 1)]
     pairs = []
-    for cell in hover_region(vehicle).outer.geoms:
-        middle = float(cell.centroid.x)
-        kept = int(np.sign(moments[0] @ directions(middle)))
+    for quarter in _hover_quarters(vehicle, _OPEN_MARGIN).values():
+        middle = float(quarter[1].centroid.x)
+        sign = int(np.sign(moments[0] @ directions(middle)))
         if largest:
-            kept = -kept
-        both = shapely.intersection(sides[0][kept], sides[1][kept])
-        pairs.append(shapely.intersection(cell, both))
+            sign = -sign
+        pair = np.asarray(shapely.intersection(region.pair, quarter))
+        for rotor in (0, 1):
+            border = Border(Waves.of(partial(excess, rotor, sign)))
+            pair = _cut(pair, border, accuracy)
+        pairs.append(pair)
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
     value = partial(_extreme_share, vehicle, largest)
     limit = _bound(
         "hover thrusts", symbol, share, value, " of m·g", f"{word} hover thrust"
     )
-    return region_of(_union(pairs), accuracy, limit)
+    accuracy = max(region.accuracy, accuracy)
+    return region_of(_union(pairs), accuracy, *region.conditions, limit)
 
 
 def _extreme_share(
@@ -462,34 +483,46 @@ def singular_value_region(
     """
     floor, accuracy = checked_floor(floor), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
-    limit = _bound(
-        "least singular value", "≥", floor, partial(_singular_value, vehicle)
-    )
-    return region_of(_singular_value_pair(floor, vehicle, accuracy), accuracy, limit)
+    pair = _singular_value_pair(floor, vehicle, accuracy)
+    return region_of(pair, accuracy, _singular_value_limit(floor, vehicle))
+
+
+def _singular_value_limit(floor: float, vehicle: Vehicle) -> Condition:
+    return _bound("least singular value", "≥", floor, partial(_singular_value, vehicle))
 
 
 def _singular_value(vehicle: Vehicle, alpha1: float, alpha2: float) -> Any:
     return matrices.least_singular_value([alpha1, alpha2, alpha1, alpha2], vehicle)
 
 
-@lru_cache(maxsize=64)
-def _singular_value_pair(floor: float, vehicle: Vehicle, accuracy: float) -> Pair:
-    if floor > matrices.largest_least_singular_value(vehicle):
+def _singular_value_pair(
+    floor: float, vehicle: Vehicle, accuracy: float, within: BaseGeometry = _SQUARE
+) -> Pair:
+    """Return where in a rectangle the least singular value is at least a floor."""
+    if within.is_empty or floor > matrices.largest_least_singular_value(vehicle):
         return _NOWHERE
     if floor == 0:
-        return _WHOLE
+        return np.array([within, within])
+    return _outside_bands(floor, rotors_of(vehicle), accuracy, within)
+
+
+@lru_cache(maxsize=64)
+def _outside_bands(
+    floor: float, rotors: Rotors, accuracy: float, within: BaseGeometry
+) -> Pair:
+    """Return where in a rectangle both blocks keep a positive floor; vehicles with the same rotors share it."""
     # A band around R = 0 that is narrower than the error of its polygons is enclosed by a wider band, and none.
     wide = max(floor, accuracy / 2, _NARROWEST)
     fine = wide / 8
     if wide == floor:
         fine = min(fine, accuracy)
-    pair = _WHOLE
-    for block in (yaw_block(vehicle), roll_block(vehicle)):
+    pair = np.array([within, within])
+    for block in (yaw_block(rotors), roll_block(rotors)):
         g = wide**2 / 2
         squares = Waves.of(block.squares)
         border = Border(squares.scaled(-g, g**2), Waves.of(block.determinant))
         also = Border(squares.scaled(1.0, -2 * g))
-        band = _negative(border, fine, also=also)
+        band = _negative(border, fine, also=also, around=within)
         if wide > floor:
             band[0] = shapely.Polygon()
         pair = shapely.difference(pair, band[::-1])
@@ -651,6 +684,7 @@ def admissible_region(
     zones: Zones | None = None,
     accuracy: float = DEFAULT_ACCURACY,
     servo_margin: Angle = 0.0,
+    quarter: Quarter | None = None,
 ) -> Region:
     """Return where a gait may be, an empty region if nowhere.
 
@@ -679,6 +713,9 @@ def admissible_region(
     servo_margin
         The errors of the tilt angles that level flight is to bear [rad]; with "flyable" alone. See
         :func:`servo_margin_region`.
+    quarter
+        The rectangle of :func:`hover_region` in which alone a flyable region is drawn on planes: "left", with the lower
+        α1, or "right"; None for both. A gait that can fly stays in one of them.
 
     Examples
     --------
@@ -686,6 +723,8 @@ def admissible_region(
     (4.748, 9.823)
     """
     checked_choice("require", require, ("valid", "flyable"))
+    if quarter is not None:
+        checked_choice("quarter", quarter, QUARTERS)
     check_kind("zones", zones, Zones, type(None))
     _checked_signs(color, sign)
     vehicle = vehicle_named(vehicle)
@@ -693,7 +732,7 @@ def admissible_region(
     floor, accuracy = checked_floor(floor), checked_accuracy(accuracy)
     if vehicle.asymmetry is None:
         region = _admissible(
-            vehicle, require, color, sign, coefficients, floor, accuracy
+            vehicle, require, color, sign, coefficients, floor, accuracy, quarter
         )
     else:
         region = _curved(vehicle, require, color, sign, floor, accuracy)
@@ -743,6 +782,7 @@ def _admissible(
     coefficients: Coefficients,
     floor: float,
     accuracy: float,
+    quarter: Quarter | None,
 ) -> Region:
     signs = _checked_signs(color, sign)
     judged = coefficients_of(vehicle, "exact") if color == "red" else coefficients
@@ -767,7 +807,10 @@ def _admissible(
     region = region_of(_WHOLE, accuracy)
     is_separated = False
     if require == "flyable":
-        region = _physical(vehicle, floor, accuracy)
+        quarters = QUARTERS if quarter is None else (quarter,)
+        parts = [_flyable_in(one, vehicle, floor, accuracy) for one in quarters]
+        pair = _union([part.pair for part in parts])
+        region = region_of(pair, accuracy, *parts[0].conditions)
         # Each polygon is off R = 0, so R has one sign on it, and |R| is at least a product of four singular values, over 2κ.
         band = _BAND * level_of(rotors_of(vehicle)).rate * accuracy
         certain = floor**4 / (2 * vehicle.drag_ratio)
@@ -789,20 +832,25 @@ def _of_sign(sign: int, shape: MultiPolygon, vehicle: Vehicle) -> BaseGeometry:
     return shapely.union_all(parts[labels.prod(axis=-1) == sign])
 
 
-@lru_cache(maxsize=32)
-def _physical(vehicle: Vehicle, floor: float, accuracy: float) -> Region:
-    """Return where on red the least singular value, the hover thrusts and the tilts keep their limits."""
-    decided = floor + _DECIDED if floor > 0 else 0.0
-    region = singular_value_region(decided, vehicle, accuracy=accuracy)
+@lru_cache(maxsize=64)
+def _flyable_in(
+    quarter: Quarter, vehicle: Vehicle, floor: float, accuracy: float
+) -> Region:
+    """Return where in a rectangle of positive hover thrusts singular values, hover thrusts and tilts keep their limits."""
+    pair = _hover_quarters(vehicle, _IDLE_MARGIN)[quarter]
+    region = region_of(pair, accuracy, _hovering(vehicle))
     share = vehicle.thrust_share
     if share is not None:
         share = max(share - _DECIDED_THRUST, share / 2)
-    region &= thrust_region(share, vehicle, accuracy=accuracy)
-    lines = level_of(rotors_of(vehicle)).crossings
-    region &= region_of(_quarters(*lines, -1, _IDLE_MARGIN), accuracy)
+        region = _thrust_limited(region, share, vehicle, accuracy, largest=True)
     if vehicle.tilt_range is not None:
         region &= _tilt_region(vehicle.tilt_range)
-    return region
+    # Borders of the least singular value are drawn where the other conditions leave something alone.
+    decided = floor + _DECIDED if floor > 0 else 0.0
+    within = shapely.envelope(region.outer)
+    pair = _singular_value_pair(decided, vehicle, accuracy, within)
+    above = region_of(pair, accuracy, _singular_value_limit(decided, vehicle))
+    return above & region
 
 
 def _tilt_region(tilt_range: Sequence[Sequence[float]]) -> Region:

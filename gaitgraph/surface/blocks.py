@@ -17,11 +17,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitgraph.invertibility.coefficients import check_symmetric
-from gaitgraph.invertibility.forms import level_of, rotors_of
+from gaitgraph.invertibility.forms import level_of
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.forms import FloatArray, Level
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.invertibility.forms import FloatArray, Level, Rotors
 
 _ROUNDED = 1e-15  # what rounding leaves of products of numbers near 1
 
@@ -57,21 +56,20 @@ class Block:
         return np.asarray(np.sum(np.square(columns), axis=(0, 1)))
 
 
-def yaw_block(vehicle: Vehicle) -> Block:
+def yaw_block(rotors: Rotors) -> Block:
     """Return the block of yaw torque and lift, of determinant D."""
-    level = _level_of_symmetric(vehicle)
+    level = _level_of_symmetric(rotors)
     rows = np.stack([level.moment[:2, 2], level.force[:2, 2]], axis=1)
     return Block(rows[0], rows[1])
 
 
-def roll_block(vehicle: Vehicle) -> Block:
+def roll_block(rotors: Rotors) -> Block:
     """Return the block of roll and pitch torque, of determinant P."""
-    moment = _level_of_symmetric(vehicle).moment
+    moment = _level_of_symmetric(rotors).moment
     return Block(moment[0, :2], moment[1, :2])
 
 
-def _level_of_symmetric(vehicle: Vehicle) -> Level:
-    rotors = rotors_of(vehicle)
+def _level_of_symmetric(rotors: Rotors) -> Level:
     check_symmetric(rotors)
     return level_of(rotors)
 

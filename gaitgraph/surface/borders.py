@@ -28,6 +28,7 @@ import numpy.typing as npt
 import shapely
 
 from gaitgraph.angles import HALF_PI
+from gaitgraph.arrays import read_only
 from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.tolerances import ROUND_OFF
 
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 Function = Callable[[FloatArray, FloatArray], FloatArray]
+Phasors = npt.NDArray[np.complex128]
 
 _CHORDS = 8  # with which a curved edge is first tried
 _MOST_ROUNDS = 40  # of dividing chords
@@ -46,6 +48,9 @@ _NO_FREQUENCY = 1e-10
 _RANK_ONE = 1e-13
 _FULL = 2 * math.pi
 _SAMPLES = 8  # of an angle, for waves of a degree below four
+_WAVE_NUMBERS = np.fft.fftfreq(_SAMPLES, 1 / _SAMPLES)
+_ORDERS = read_only(np.array(list(product(_WAVE_NUMBERS, repeat=2))).T)
+_OF_CURVES = np.array([0, 1, 2, -2, -1])  # wave numbers of h in α1
 _DEGREE = 4  # of a discriminant
 # Beyond the square by more than its polygons are moved, so that its sides are no sides of theirs.
 _END = HALF_PI + 0.1
@@ -61,10 +66,8 @@ class Waves:
     @classmethod
     def of(cls, function: Function) -> Waves:
         """Return those of a trigonometric polynomial of (α1, α2), both of shape (k,), of degree two in each."""
-        table = np.fft.fft2(_on_grid(function)) / _SAMPLES**2
-        orders = np.fft.fftfreq(_SAMPLES, 1 / _SAMPLES)
-        first, second = np.array(list(product(orders, orders))).T
-        phasors = table.ravel()
+        phasors = _phasors(_on_grid(function)).ravel()
+        first, second = _ORDERS
         # Of two conjugate waves one counts, twice.
         counted = np.where((first > 0) | ((first == 0) & (second > 0)), 2.0, 0.0)
         counted[0] = 1.0
@@ -121,9 +124,12 @@ class Border:
     rest: Waves
     squared: Waves = Waves(np.zeros((1, 4)))
 
-    def at(self, alpha1: FloatArray, alpha2: npt.ArrayLike) -> FloatArray:
+    def at(self, alpha1: FloatArray, alpha2: FloatArray) -> FloatArray:
         """Return h at α1 and α2 of shape (m,)."""
-        points = np.column_stack(np.broadcast_arrays(alpha1, alpha2))
+        return self.left_at(np.column_stack([alpha1, alpha2]))
+
+    def left_at(self, points: FloatArray) -> FloatArray:
+        """Return h at points of shape (m, 2)."""
         return np.asarray(self.squared.at(points) ** 2 + self.rest.at(points))
 
     def transposed(self) -> Border:
@@ -155,7 +161,8 @@ class Border:
         bend = np.abs(2 * p_along**2 + 2 * p * p_bend + q_bend)
         bend += half * (6 * most_along * p_most2 + 2 * most * p_most3 + q_most3)
         # e: what is left of h at the ends; then the bound of the module's docstring.
-        left = np.maximum(*(np.abs(self.at(*side.T)) for side in (starts, ends)))
+        left = np.abs(self.left_at(np.concatenate([starts, ends])))
+        left = left.reshape(2, -1).max(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             bound = (left + bend * length**2 / 8) / slope
         return np.asarray(np.where((slope > 0) & (bound <= reach), bound, np.inf))
@@ -175,50 +182,52 @@ class _Edges(NamedTuple):
 
 
 class _Curve:
-    """A border as two α2 over each α1."""
+    """A border as two α2 over each α1, in a range of α2.
 
-    def __init__(self, border: Border, frequency: int) -> None:
+    Over each α1, h = m + 2·Re(c·exp(ikα2)) with polynomials m and c of exp(±iα1), whose phasors `table` has.
+    """
+
+    def __init__(
+        self, border: Border, table: Phasors, frequency: int, bottom: float, top: float
+    ) -> None:
         self.border = border
+        self.table = table[_OF_CURVES][:, [0, frequency]]
         self.frequency = frequency
+        self.bottom, self.middle, self.top = bottom, (bottom + top) / 2, top
 
-    def _parts(self, alpha1: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return m, a and b."""
-        turn = math.pi / self.frequency
-        first, middle, last = (
-            self.border.at(alpha1, angle) for angle in (0.0, turn / 2, turn)
-        )
-        mean = (first + last) / 2
-        return mean, (first - last) / 2, middle - mean
-
-    def _discriminant(self, alpha1: FloatArray) -> FloatArray:
-        mean, even, odd = self._parts(alpha1)
-        return np.asarray(even**2 + odd**2 - mean**2)
+    def _parts(self, alpha1: FloatArray) -> tuple[FloatArray, Phasors]:
+        """Return m and c."""
+        turns = np.exp(1j * np.outer(alpha1, _OF_CURVES))
+        mean, wave = (turns @ self.table).T
+        return mean.real, wave
 
     def _zeros(self, alpha1: FloatArray) -> FloatArray:
         """Return both α2, shape (2, k); one angle twice where there is none."""
-        mean, even, odd = self._parts(alpha1)
-        rooted = np.sqrt(np.maximum(even**2 + odd**2 - mean**2, 0.0))
-        phase, half = np.arctan2(odd, even), np.arctan2(rooted, -mean)
+        mean, wave = self._parts(alpha1)
+        rooted = np.sqrt(np.maximum(4 * np.abs(wave) ** 2 - mean**2, 0.0))
+        phase, half = -np.angle(wave), np.arctan2(rooted, -mean)
         return np.array([phase - half, phase + half]) / self.frequency
 
     def breaks(self) -> FloatArray:
-        """Return the α1 in [−π, π] where one zero may meet the other, 0 or an end of α2."""
-        at = _FULL * np.arange(4 * _DEGREE) / (4 * _DEGREE)
-        samples = [self._discriminant(at)]
-        samples += [self.border.at(at, angle) for angle in (-_END, 0.0, _END)]
+        """Return the α1 in [−π, π] where one zero may meet the other, or an end or the middle of the range of α2."""
+        mean, wave = self._parts(_FULL * np.arange(4 * _DEGREE) / (4 * _DEGREE))
+        samples = [4 * np.abs(wave) ** 2 - mean**2]
+        for alpha2 in (self.bottom, self.middle, self.top):
+            turned = wave * np.exp(1j * self.frequency * alpha2)
+            samples.append(mean + 2 * turned.real)
         return np.concatenate(list(map(zeros_of, samples)))
 
     def edges(self, limits: FloatArray) -> _Edges:
         """Return all edges over one interval of α1 after the other, from below to above."""
         middles = (limits[:-1] + limits[1:]) / 2
-        zeros = np.where(
-            self._discriminant(middles) > 0, self._zeros(middles), math.nan
-        )
+        mean, wave = self._parts(middles)
+        has_zeros = 4 * np.abs(wave) ** 2 > mean**2
+        zeros = np.where(has_zeros, self._zeros(middles), math.nan)
         turn = _FULL / self.frequency
         copies = np.concatenate([zeros - turn, zeros, zeros + turn])
-        copies[~(np.abs(copies) < _END)] = math.nan
-        straight = np.full((1, len(middles)), _END)
-        ordinates = np.concatenate([copies, -straight, straight])
+        copies[~((self.bottom < copies) & (copies < self.top))] = math.nan
+        ends = np.repeat([[self.bottom], [self.top]], len(middles), axis=1)
+        ordinates = np.concatenate([copies, ends])
         order = np.argsort(ordinates, axis=0)
         ordered = np.take_along_axis(ordinates, order, axis=0).T
         interval, place = np.nonzero(np.isfinite(ordered))
@@ -238,11 +247,11 @@ class _Curve:
         y = edges.ordinate[number]
         curved = np.flatnonzero(edges.zero[number] >= 0)
         angle = self._zeros(x[curved])[edges.zero[number[curved]], range(len(curved))]
-        # An edge stays above α2 = 0 or below it, and at the ends of its interval rounding alone takes it out.
-        turn = _FULL / self.frequency
-        center = np.copysign(_END / 2, y[curved])
+        # An edge stays in one half of the range, and at the ends of its interval rounding alone takes it out.
+        turn, quarter = _FULL / self.frequency, (self.top - self.bottom) / 4
+        center = self.middle + np.copysign(quarter, y[curved] - self.middle)
         angle -= turn * np.rint((angle - center) / turn)
-        y[curved] = np.clip(angle, -_END, _END)
+        y[curved] = np.clip(angle, self.bottom, self.top)
         return np.column_stack([x, y])
 
     def traces(self, edges: _Edges, tolerance: float) -> list[FloatArray]:
@@ -309,8 +318,9 @@ def where_negative(
     the square, beyond which the polygons may end.
     """
     values = _on_grid(border.at)
-    table = np.abs(np.fft.fft2(values))
-    has_frequency = table[:, 1:3].max(axis=0) > _NO_FREQUENCY * table.max()
+    table = _phasors(values)
+    sizes = np.abs(table)
+    has_frequency = sizes[:, 1:3].max(axis=0) > _NO_FREQUENCY * sizes.max()
     left, bottom, right, top = bounds
     if has_frequency.all():
         turned = where_negative(
@@ -327,8 +337,8 @@ def where_negative(
         return held if also is None else held | (also.at(alpha1, alpha2) < 0)
 
     # A product of a function of α1 and one of α2 vanishes on straight lines.
-    of_first, sizes, of_second = np.linalg.svd(values)
-    if sizes[1] <= _RANK_ONE * sizes[0]:
+    of_first, factors, of_second = np.linalg.svd(values)
+    if factors[1] <= _RANK_ONE * factors[0]:
         x, y = _limits(zeros_of(of_first[:, 0])), _limits(zeros_of(of_second[0]))
         boxes = np.array([(*a, *b) for a, b in product(pairwise(x), pairwise(y))])
         held = is_held(boxes[:, :2].mean(axis=1), boxes[:, 2:].mean(axis=1))
@@ -336,7 +346,8 @@ def where_negative(
             shapely.union_all(shapely.box(*boxes[held][:, [0, 2, 1, 3]].T)), True
         )
 
-    curve = _Curve(border, 1 if has_frequency[0] else 2)
+    frequency = 1 if has_frequency[0] else 2
+    curve = _Curve(border, table, frequency, max(bottom, -_END), min(top, _END))
     edges = curve.edges(_limits(curve.breaks(), left, right))
     below = np.flatnonzero(np.diff(edges.interval) == 0)
     middle = (edges.low + edges.high)[below] / 2
@@ -366,6 +377,11 @@ def _on_grid(function: Function) -> FloatArray:
     alpha1, alpha2 = np.repeat(angles, _SAMPLES), np.tile(angles, _SAMPLES)
     values: FloatArray = function(alpha1, alpha2).reshape(_SAMPLES, _SAMPLES)
     return values
+
+
+def _phasors(values: FloatArray) -> Phasors:
+    """Return the Fourier coefficients of values on a grid, shape (8, 8)."""
+    return np.asarray(np.fft.fft2(values) / _SAMPLES**2)
 
 
 def zeros_of(samples: FloatArray) -> FloatArray:

@@ -54,7 +54,7 @@ from gaitgraph.angles import (
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import checked_choice, wrong
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.forms import FloatArray, level_of
+from gaitgraph.invertibility.forms import FloatArray, level_of, rotors_of
 from gaitgraph.invertibility.matrices import (
     attitude_sensitivities,
     level_determinant,
@@ -581,7 +581,7 @@ def red_label(
     first = roll[0, 0] * c1 + roll[1, 0] * s1
     across = roll[0, 1] * c1 + roll[1, 1] * s1
     level = first * c2 + across * s2
-    if roll_block(vehicle).is_product:
+    if roll_block(rotors_of(vehicle)).is_product:
         second = roll[0, 0] * c2 + roll[0, 1] * s2
     else:
         # In tan α1 and tan α2, P = 0 is a hyperbola. Two of the parts beside it are convex, on either side of the
@@ -605,7 +605,8 @@ def red_label(
 
 def _red_forms(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     """Return the matrices of D and P, with signs that make both positive at α = 0."""
-    yaw, roll = yaw_block(vehicle).form, roll_block(vehicle).form
+    rotors = rotors_of(vehicle)
+    yaw, roll = yaw_block(rotors).form, roll_block(rotors).form
     return yaw * math.copysign(1.0, yaw[0, 0]), roll * math.copysign(1.0, roll[0, 0])
 
 
@@ -648,7 +649,7 @@ def _red_curves(vehicle: Vehicle) -> tuple[str, str, str]:
     saddle = f"the curve tan α1 − {ratio:.4g} tan α2 = {offset:.4f}"
     if equal_arms:
         saddle = f"the curve tan α1 − tan α2 = 2κ = {offset:.4f}"
-    if roll_block(vehicle).is_product:
+    if roll_block(rotors_of(vehicle)).is_product:
         lines = [math.atan2(-roll[0, 0], part) for part in (roll[1, 0], roll[0, 1])]
         first, second = (f"the line α{k + 1} = {wrapped(lines[k]):.4f}" for k in (0, 1))
         if equal_arms:
