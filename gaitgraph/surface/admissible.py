@@ -85,7 +85,6 @@ _IDLE_MARGIN = 1e-6  # distance from lines where rotors idle [rad]
 _LEAST_OF_SQUARES = 0.01  # accuracy of regions made of squares at the finest [rad]
 _FINEST = 1e-5  # accuracy of the borders of a margin, which is an angle itself [rad]
 _POSTURES = 33  # of each angle, among which the largest servo margin is searched
-_CELLS = 16  # across a region, to see whether a border reaches it
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 _WHOLE: Pair = read_only(np.array([_SQUARE, _SQUARE]))
 _NOWHERE: Pair = read_only(np.array([shapely.Polygon(), shapely.Polygon()]))
@@ -633,35 +632,11 @@ def _difference(
 
 def _cut_by(functions: Sequence[Function], pair: Pair, accuracy: float) -> Pair:
     """Return the parts of a pair where no function is negative."""
-    cells = _cells_of(pair[1])
     places = np.random.default_rng(0).uniform(-HALF_PI, HALF_PI, (2, 4))
     distinct = {tuple(np.round(one(*places), 9)): one for one in functions}
-    waves = [Waves.of(function) for function in distinct.values()]
-    # The most restrictive ones first: few borders reach what they leave.
-    for form in sorted(waves, key=lambda one: _least_on(cells, one)):
-        if _least_on(_cells_of(pair[1]), form) <= 0:
-            pair = _cut(pair, Border(form), accuracy)
+    for function in distinct.values():
+        pair = _cut(pair, Border(Waves.of(function)), accuracy)
     return pair
-
-
-def _cells_of(shape: BaseGeometry) -> tuple[FloatArray, float]:
-    """Return the middles of square cells that cover a shape, shape (k, 2), and how far their corners are [rad]."""
-    if shape.is_empty:
-        return np.zeros((0, 2)), 0.0
-    left, bottom, right, top = shape.bounds
-    step = max(right - left, top - bottom) / _CELLS
-    line = step * (np.arange(_CELLS) + 0.5)
-    middles = np.array(list(product(left + line, bottom + line)))
-    reach = step / math.sqrt(2)
-    return middles[shapely.dwithin(shape, shapely.points(middles), reach)], reach
-
-
-def _least_on(cells: tuple[FloatArray, float], form: Waves) -> float:
-    """Return a lower bound of waves on cells, from values and slopes in their middles."""
-    middles, reach = cells
-    value, along, across, _ = form.along(middles, np.array([[1.0, 0.0]]))
-    fall = np.hypot(along, across) * reach + form.most(2) * reach**2 / 2
-    return float((value - fall).min(initial=math.inf))
 
 
 def _moved(pair: Pair, turn: Sequence[float]) -> Pair:
