@@ -29,19 +29,16 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface import servo_margin_region
-from gaitgraph.surface.admissible import (
-    QUARTERS,
-    admissible_region,
-    certain_determinant,
-    hover_quarter_of,
-    hover_region,
-    sign_region,
-    singular_value_region,
-    thrust_region,
-    why_empty,
-)
+from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.blocks import directions, roll_block, yaw_block
 from gaitgraph.surface.borders import Border, Waves, zeros_of
+from gaitgraph.surface.flight_regions import (
+    QUARTERS,
+    hover_quarter_of,
+    hover_region,
+    singular_value_region,
+    thrust_region,
+)
 from gaitgraph.surface.region import Region, Zones, zones_region
 from gaitgraph.surface.sheets import (
     HOVER_LABEL,
@@ -50,6 +47,7 @@ from gaitgraph.surface.sheets import (
     separating_factor,
     sheet_angles,
 )
+from gaitgraph.surface.sign_regions import certain_determinant, sign_region
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.samples import EXACT, PUBLISHED
 from tests.test_error_margins import (

@@ -168,11 +168,9 @@ def _rings(
     """Return a region as rings; MissingConstant if the flyable region of the vehicle is unknown."""
     import shapely
 
-    from gaitgraph.surface.admissible import (
-        admissible_region,
-        hover_region,
-        sign_region,
-    )
+    from gaitgraph.surface.admissible import admissible_region
+    from gaitgraph.surface.flight_regions import hover_region
+    from gaitgraph.surface.sign_regions import sign_region
 
     options: Any = {"coefficients": coefficients, "accuracy": _ACCURACY}
     if name == "hover":

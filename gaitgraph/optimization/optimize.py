@@ -46,13 +46,8 @@ from gaitgraph.optimization.least_effort import (
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.request import groups_of_repeats, merge_notes
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.admissible import (
-    admissible_region,
-    servo_margin_region,
-    singular_value_region,
-    thrust_region,
-    why_empty,
-)
+from gaitgraph.surface.admissible import admissible_region, why_empty
+from gaitgraph.surface.flight_regions import singular_value_region, thrust_region
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     Discs,
@@ -60,6 +55,7 @@ from gaitgraph.surface.region import (
     component_meeting,
     offset,
 )
+from gaitgraph.surface.servo_regions import servo_margin_region
 from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.polynomials import times_from

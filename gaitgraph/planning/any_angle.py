@@ -28,11 +28,8 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.planning.loop import Loop
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.admissible import (
-    admissible_region,
-    hover_quarter_of,
-    singular_value_region,
-)
+from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.surface.flight_regions import hover_quarter_of, singular_value_region
 from gaitgraph.surface.region import region_of
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.tolerances import SAME_ANGLE
@@ -42,7 +39,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.planning.branch import Branch, Refusal
     from gaitgraph.planning.request import PlanRequest, Point
-    from gaitgraph.surface.admissible import Quarter
+    from gaitgraph.surface.flight_regions import Quarter
     from gaitgraph.surface.region import Region
 
 _KEPT = 256  # entries of waypoints

@@ -51,7 +51,6 @@ from gaitgraph.io.formats import (
     unchecked_table,
 )
 from gaitgraph.records import Record
-from gaitgraph.surface.admissible import checked_servo_margin
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import (
     Corners,
@@ -60,6 +59,7 @@ from gaitgraph.surface.region import (
     Zones,
     checked_accuracy,
 )
+from gaitgraph.surface.servo_regions import checked_servo_margin
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock

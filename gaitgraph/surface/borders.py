@@ -30,6 +30,7 @@ import shapely
 from gaitgraph.angles import HALF_PI
 from gaitgraph.arrays import read_only
 from gaitgraph.invertibility.forms import FloatArray
+from gaitgraph.surface.region import SQUARE, Pair, chord_tolerance, offsets
 from gaitgraph.tolerances import ROUND_OFF
 
 if TYPE_CHECKING:
@@ -359,6 +360,38 @@ def where_negative(
     ]
     # The chords of a thin polygon may cross.
     return Drawn(shapely.union_all(shapely.make_valid(polygons)), False)
+
+
+def negative_pair(
+    border: Border,
+    accuracy: float,
+    *,
+    also: Border | None = None,
+    margin: float = ROUND_OFF,
+    around: BaseGeometry = SQUARE,
+) -> Pair:
+    """Return where h of a border is certainly negative around a shape, and where it may be.
+
+    Both keep `margin` from straight borders, `accuracy` / 2 from others [rad].
+    """
+    room = 2 * accuracy
+    left, bottom, right, top = around.bounds
+    drawn = where_negative(
+        border,
+        chord_tolerance(accuracy),
+        also=also,
+        bounds=(left - room, bottom - room, right + room, top + room),
+    )
+    reach = margin if drawn.is_straight else max(margin, accuracy / 2)
+    return offsets(drawn.shape, reach)
+
+
+def cut(pair: Pair, border: Border, accuracy: float) -> Pair:
+    """Return the parts of a pair where h of a border is not negative."""
+    if pair[1].is_empty:
+        return pair
+    negative = negative_pair(border, accuracy, around=pair[1])
+    return np.asarray(shapely.difference(pair, negative[::-1]))
 
 
 def _limits(breaks: FloatArray, low: float = -_END, high: float = _END) -> FloatArray:

@@ -18,7 +18,7 @@ import shapely
 from shapely import MultiPolygon
 
 from gaitgraph._lazy import cached_property
-from gaitgraph.angles import HALF_PI, angle_within, angles_from, is_list
+from gaitgraph.angles import HALF_PI, angle_within, angles_from, figures_apart, is_list
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import of_field, shown, wrong
 from gaitgraph.pictured import Pictured
@@ -44,8 +44,11 @@ Requirement = Literal["flyable", "valid"]
 DEFAULT_ACCURACY = 1e-6
 """Largest distance of a region's border from its true place [rad]."""
 
-_SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
-shapely.prepare(_SQUARE)
+OPEN_MARGIN = 1e-9  # how far inside an open condition its straight border is [rad]
+SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
+shapely.prepare(SQUARE)
+WHOLE: Pair = read_only(np.array([SQUARE, SQUARE]))
+NOWHERE: Pair = read_only(np.array([shapely.Polygon(), shapely.Polygon()]))
 _MOST_LISTED = 6  # components in the text of a region
 _NO_AREA = 1e-12  # rad²
 
@@ -288,6 +291,41 @@ def region_of(pair: Any, accuracy: float, *conditions: Condition) -> Region:
     return Region(inner=inner, outer=outer, accuracy=accuracy, conditions=conditions)
 
 
+def limit_condition(
+    name: str,
+    sign: str,
+    limit: float,
+    value: Callable[..., Any],
+    unit: str = "",
+    what: str = "",
+) -> Condition:
+    """Return the condition that a value at (α1, α2) is at least ("≥") or at most ("≤") a limit.
+
+    `name` is that of the condition, `what` that of the value where it differs.
+    """
+    condition = f"{name} {sign} {limit:.3g}{unit}"
+    return Condition(
+        name=condition,
+        broken_at=partial(_beyond_limit, what or name, sign, limit, value, unit),
+    )
+
+
+def _beyond_limit(
+    what: str,
+    sign: str,
+    limit: float,
+    value: Callable[..., Any],
+    unit: str,
+    alpha1: float,
+    alpha2: float,
+) -> str | None:
+    here = float(value(alpha1, alpha2))
+    if here == limit or (here > limit) == (sign == "≥"):
+        return None
+    got, allowed = figures_apart(here, limit)
+    return f"{what} must be {sign} {allowed}{unit}, got {got}{unit}"
+
+
 class Discs(NamedTuple):
     """Discs to pass, in order: centres, shape (n, 2), and radii, shape (n,), zero for a point [rad]."""
 
@@ -321,6 +359,28 @@ def rectangle(left: float, bottom: float, right: float, top: float) -> Polygon:
     if left < right and bottom < top:
         return shapely.box(left, bottom, right, top)
     return shapely.Polygon()
+
+
+def quarters(x: float, y: float, sign: int, kept: float) -> list[Pair]:
+    """Return the two rectangles where (α1 − x)·(α2 − y) has a sign, that with the lower α1 first.
+
+    `inner` keeps a margin from the lines [rad].
+    """
+    shapes = []
+    for margin in (kept, 0.0):
+        left, right = (-HALF_PI, x - margin), (x + margin, HALF_PI)
+        below, above = (-HALF_PI, y - margin), (y + margin, HALF_PI)
+        if sign < 0:
+            below, above = above, below
+        parts = [rectangle(left[0], below[0], left[1], below[1])]
+        parts.append(rectangle(right[0], above[0], right[1], above[1]))
+        shapes.append(parts)
+    return list(np.array(shapes).T)
+
+
+def union_of(pairs: Sequence[Any]) -> Pair:
+    """Return the unions of the inner and of the outer shapes of pairs."""
+    return np.asarray(shapely.union_all(np.array(pairs, dtype=object), axis=0))
 
 
 def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:
@@ -384,7 +444,7 @@ class Zones(Record):
             f"keep_out polygon {number} forbids nothing, because it misses the square of ±π/2 rad: {shown(corners)}; "
             "write degrees as '9deg'"
             for number, corners in enumerate(self.keep_out, start=1)
-            if not shapely.Polygon(corners).intersects(_SQUARE)
+            if not shapely.Polygon(corners).intersects(SQUARE)
         )
 
     def allow_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -430,7 +490,7 @@ def checked_polygons(value: Any, name: str) -> list[Polygon]:
         label = f"{name} polygon {number}"
         with of_field(name, row=number):
             polygon = _checked_polygon(corners, label)
-            if name == "keep_in" and not polygon.intersects(_SQUARE):
+            if name == "keep_in" and not polygon.intersects(SQUARE):
                 raise wrong(label, "must overlap the square of ±π/2 rad", corners)
         polygons.append(polygon)
     return polygons
@@ -476,7 +536,7 @@ def zones_region(zones: Zones) -> Region:
         [shapely.Polygon(corners) for corners in side]
         for side in (zones.keep_in, zones.keep_out)
     )
-    allowed = _SQUARE.intersection(shapely.union_all(keep_in)) if keep_in else _SQUARE
+    allowed = SQUARE.intersection(shapely.union_all(keep_in)) if keep_in else SQUARE
     allowed = allowed.difference(shapely.union_all(keep_out))
     condition = Condition(
         name="the keep_out and keep_in polygons",
