@@ -418,7 +418,7 @@ vehicles --from good.params --output x.xml | cannot be combined
 vehicles --output x.xml | --output must be a file .xml, with the name of one vehicle
 vehicles paper --output x.urdf | --output must be a file .xml
 vehicles light.toml --output x.xml | states no mass
-validate gait3 --vehicle good.params --tolerance 0.1 | --tolerance must be omitted for rotors
+validate gait3 --vehicle good.params --coefficients exact | --coefficients must be omitted for rotors
 validate five.csv --vehicle good.params | column 'alpha4' is missing; columns must be alpha1
 validate four.csv --vehicle still.toml | tilt_axis must be other than zero for at least one rotor
 validate four.csv --vehicle bad.toml | vehicle file 'bad.toml': position must be numbers within ±1000

@@ -11,7 +11,6 @@ from gaitgraph.cli.inputs import gait_in
 from gaitgraph.cli.options import (
     Angle,
     common_options,
-    floor_option,
     force_option,
     gait_file_argument,
     json_option,
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
     type=Angle(),
     help="Claim too that no attitude within this tilt from upright is singular.",
 )
-@floor_option
 @click.option(
     "--untimed", is_flag=True, help="Claim nothing about rates and accelerations."
 )
@@ -45,7 +43,6 @@ def certify_command(
     gait_file: str,
     output: str | None,
     tilt: float | None,
-    floor: float,
     untimed: bool,
     force: bool,
     chosen: Chosen,
@@ -72,7 +69,6 @@ def certify_command(
             gait_in(gait_file, **chosen),
             **chosen,
             tilt=tilt,
-            floor=floor,
             timing=not untimed,
         )
         if output is not None:

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from gaitgraph.cli.inputs import gait_in, stated_options
+from gaitgraph.cli.inputs import gait_in
 from gaitgraph.cli.options import (
     COUNT,
     SECONDS,
     SHARE,
-    Angle,
     Pair,
     common_options,
     gait_file_argument,
@@ -24,29 +23,17 @@ from gaitgraph.cli.options import (
 from gaitgraph.cli.output import show, tell, working
 
 if TYPE_CHECKING:
-    from click.decorators import FC
-
     from gaitgraph.cli.options import Chosen
     from gaitgraph.flight.flight import Flight, FlightSettings
     from gaitgraph.gait.given import GaitLike
     from gaitgraph.timing.timed_gait import TimedGait
 
 
-def settings_options(function: FC) -> FC:
-    """Add --settings and --duration."""
-    settings = click.option(
-        "--settings",
-        type=click.Path(),
-        help="A TOML file with a table [flight]: gains, limits, servos, noise, wind.",
-    )
-    duration = click.option(
-        "--duration",
-        type=SECONDS,
-        metavar="SECONDS",
-        show_default="what --settings says, else a period, at least 3",
-        help="Duration of the flight.",
-    )
-    return settings(duration(function))
+settings_option = click.option(
+    "--settings",
+    type=click.Path(),
+    help="A TOML file with a table [flight]: gains, limits, servos, noise, wind.",
+)
 
 
 @click.command("fly", short_help="Fly a gait in a physics engine.")
@@ -65,7 +52,14 @@ def settings_options(function: FC) -> FC:
     show_default="what --settings says, else attitude",
     help="What the controller holds or follows.",
 )
-@settings_options
+@settings_option
+@click.option(
+    "--duration",
+    type=SECONDS,
+    metavar="SECONDS",
+    show_default="what --settings says, else a period, at least 3",
+    help="Duration of the flight.",
+)
 @period_of_file_option
 @click.option(
     "--bias",
@@ -75,13 +69,7 @@ def settings_options(function: FC) -> FC:
 @click.option(
     "--from-hover",
     is_flag=True,
-    help="Start from hover, enter the gait, and return to hover.",
-)
-@click.option(
-    "--periods",
-    type=COUNT,
-    default=2,
-    help="Periods of the gait, with --from-hover.",
+    help="Start in hover, enter the gait, run it twice, return to hover.",
 )
 @click.option("--anyway", is_flag=True, help="Fly even if the gait is not flyable.")
 @gait_outputs_options
@@ -96,7 +84,6 @@ def fly_command(
     period: float | None,
     bias: float | None,
     from_hover: bool,
-    periods: int,
     anyway: bool,
     outputs: tuple[str, ...],
     force: bool,
@@ -110,10 +97,6 @@ def fly_command(
     """
     from gaitgraph.flight.simulation import checked_attitude, fly
 
-    if "periods" in stated_options() and not from_hover:
-        raise click.UsageError(
-            "--periods has an effect with --from-hover only; --duration SECONDS flies for longer"
-        )
     _check_flight(outputs, "flight", force=force)
     flight_settings = _settings_of(settings, reference=reference, duration=duration)
     if attitude is not None:
@@ -134,9 +117,7 @@ def fly_command(
         )
         progress("flying")
         if from_hover:
-            flight = _flight_from_hover(
-                timed, attitude, flight_settings, periods, anyway=anyway
-            )
+            flight = _flight_from_hover(timed, attitude, flight_settings, anyway=anyway)
         else:
             flight = fly(
                 timed, attitude=attitude, settings=flight_settings, anyway=anyway
@@ -178,7 +159,6 @@ def _flight_from_hover(
     timed: TimedGait,
     attitude: tuple[float, float] | None,
     settings: FlightSettings,
-    periods: int,
     *,
     anyway: bool,
 ) -> Flight:
@@ -188,7 +168,7 @@ def _flight_from_hover(
     from gaitgraph.flight.simulation import fly
 
     attitude = attitude or (0.0, 0.0)
-    course = from_hover(timed, periods=periods, anyway=anyway)
+    course = from_hover(timed, anyway=anyway)
     if isinstance(course, str):  # why there is none
         failure: Any = "refused", f"refused before take-off: {course}"
         return record_of(repeated(timed), settings, attitude, failure=failure)
@@ -209,7 +189,7 @@ def _check_flight(
 
 
 def _settings_of(
-    file: str | None, *, reference: str | None = None, duration: float | None
+    file: str | None, *, reference: str | None = None, duration: float | None = None
 ) -> FlightSettings:
     """Return the settings of a file, or the default ones; options that are stated replace them."""
     from gaitgraph.files import from_toml_file
@@ -241,20 +221,8 @@ def _settings_of(
     default=17,
     help="Attitudes along each side of the grid.",
 )
-@click.option(
-    "--extent",
-    type=Angle(is_positive=True),
-    default="80deg",
-    help="Largest roll and pitch at the start.",
-)
-@click.option(
-    "--begins",
-    type=COUNT,
-    default=1,
-    help="Take off at so many moments of the period.",
-)
 @click.option("--anyway", is_flag=True, help="Fly even gaits that cannot fly.")
-@settings_options
+@settings_option
 @period_of_file_option
 @gait_outputs_options
 @common_options
@@ -262,11 +230,8 @@ def basin_command(
     gait_file: str,
     bias: tuple[float, ...],
     resolution: int,
-    extent: float,
-    begins: int,
     anyway: bool,
     settings: str | None,
-    duration: float | None,
     period: float | None,
     outputs: tuple[str, ...],
     force: bool,
@@ -283,7 +248,7 @@ def basin_command(
     from gaitgraph.timing.timed_gait import timed_gait_of
 
     _check_flight(outputs, "basin", force=force)
-    flight_settings = _settings_of(settings, duration=duration)
+    flight_settings = _settings_of(settings)
     with working("flying") as progress:
         source = gait_in(gait_file, **chosen, period=period)
         timed = timed_gait_of(source, **chosen, period=period)
@@ -292,8 +257,6 @@ def basin_command(
             bias=(1.0, *bias),
             settings=flight_settings,
             resolution=resolution,
-            extent=extent,
-            begins=begins,
             anyway=anyway,
             progress=lambda fraction: progress(f"{100 * fraction:.0f} %"),
         )

@@ -17,7 +17,6 @@ from gaitgraph.cli.options import (
     VehicleOrGeometry,
     coefficients_option,
     common_options,
-    floor_option,
     gait_file_argument,
     json_option,
     once_option,
@@ -30,7 +29,7 @@ from gaitgraph.cli.output import (
     wants_json,
     working,
 )
-from gaitgraph.tolerances import DEFAULT_TOLERANCE
+from gaitgraph.tolerances import DEFAULT_FLOOR
 
 if TYPE_CHECKING:
     from gaitgraph.cli.options import Chosen
@@ -48,12 +47,11 @@ if TYPE_CHECKING:
 @once_option
 @require_option
 @click.option(
-    "--tolerance",
+    "--floor",
     type=Number(min=0),
-    default=DEFAULT_TOLERANCE,
-    help="Largest |Rφ| and |Rθ| that count as on the surface.",
+    default=DEFAULT_FLOOR,
+    help="The least singular value must stay above this.",
 )
-@floor_option
 @click.option(
     "--vehicle",
     type=VehicleOrGeometry(),
@@ -65,7 +63,6 @@ def validate_command(
     gait_file: str,
     once: bool,
     require: str,
-    tolerance: float,
     floor: float,
     vehicle: Vehicle | Geometry | None,
     coefficients: Kind | None,
@@ -106,7 +103,6 @@ def validate_command(
                 source,
                 vehicle=vehicle,
                 coefficients=coefficients,
-                tolerance=tolerance,
                 floor=floor,
             )
         if report.valid is None:
@@ -126,8 +122,10 @@ def _check_any_rotors(require: str) -> None:
         raise click.UsageError(
             f"--require must be flyable for rotors of any geometry, got {require}"
         )
-    for name in stated_options().keys() & {"tolerance", "coefficients"}:
-        raise click.UsageError(f"--{name} must be omitted for rotors of any geometry")
+    if "coefficients" in stated_options():
+        raise click.UsageError(
+            "--coefficients must be omitted for rotors of any geometry"
+        )
 
 
 def _note_on_certificate(
@@ -156,12 +154,6 @@ def _note_on_certificate(
     help="Scale α3 and α4 by η; repeatable.",
 )
 @click.option(
-    "--scale",
-    type=SHARE,
-    multiple=True,
-    help="Scale all four angles by η; repeatable.",
-)
-@click.option(
     "--tilt",
     type=Angle(),
     default="30deg",
@@ -173,7 +165,6 @@ def robustness_command(
     gait_file: str,
     once: bool,
     bias: tuple[float, ...],
-    scale: tuple[float, ...],
     tilt: float,
     outputs: tuple[str, ...],
     force: bool,
@@ -199,7 +190,6 @@ def robustness_command(
         report = robustness_of(
             source,
             bias=bias,
-            scale=scale,
             tilt=tilt,
             **chosen,
             progress=progress,

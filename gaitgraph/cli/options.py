@@ -11,7 +11,6 @@ import click
 
 from gaitgraph.cli.output import JSON, print_problem
 from gaitgraph.explorer.words import CHOICES_IN_WORDS
-from gaitgraph.tolerances import DEFAULT_FLOOR
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -260,29 +259,11 @@ waypoints_option = click.option(
     multiple=True,
     help="A point of the (α1, α2) plane; repeat in order.",
 )
-color_option = click.option(
-    "--color",
-    type=click.Choice(["auto", "red", "blue"]),
-    default="auto",
-    help="Sheet of the surface.",
-)
 sign_option = click.option(
     "--sign",
     type=click.Choice(["auto", "positive", "negative"]),
     default="auto",
     help="Sign of R.",
-)
-divisions_option = click.option(
-    "--divisions",
-    type=int,
-    default=16,
-    help="Grid intervals in [−π/2, π/2].",
-)
-floor_option = click.option(
-    "--floor",
-    type=Number(min=0),
-    default=DEFAULT_FLOOR,
-    help="The least singular value must stay above this.",
 )
 servo_margin_option = click.option(
     "--servo-margin",

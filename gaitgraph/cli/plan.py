@@ -12,9 +12,7 @@ from gaitgraph.cli.options import (
     LAWS,
     SECONDS,
     certify_option,
-    color_option,
     common_options,
-    divisions_option,
     gait_outputs_options,
     request_file_argument,
     require_option,
@@ -36,9 +34,19 @@ from gaitgraph.explorer.words import CHOICES_IN_WORDS
 @click.command("plan", short_help="Plan a closed gait through (α1, α2) waypoints.")
 @request_file_argument
 @waypoints_option
-@color_option
+@click.option(
+    "--color",
+    type=click.Choice(["auto", "red", "blue"]),
+    default="auto",
+    help="Sheet of the surface.",
+)
 @sign_option
-@divisions_option
+@click.option(
+    "--divisions",
+    type=int,
+    default=16,
+    help="Grid intervals in [−π/2, π/2].",
+)
 @click.option(
     "--objective",
     type=click.Choice(["shortest", "robust"]),

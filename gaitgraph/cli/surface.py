@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -14,10 +13,7 @@ from gaitgraph.cli.options import (
     COUNT,
     GAIT_FILE,
     Angle,
-    Whole,
-    color_option,
     common_options,
-    divisions_option,
     picture_outputs_options,
     request_file_argument,
     servo_margin_option,
@@ -36,7 +32,7 @@ if TYPE_CHECKING:
     from gaitgraph.cli.options import Chosen
     from gaitgraph.graph.walks import EdgeRequirement
     from gaitgraph.invertibility.coefficients import Kind
-    from gaitgraph.surface.sheets import RootSet, SignChoice
+    from gaitgraph.surface.sheets import RootSet
     from gaitgraph.vehicle import Vehicle
 
 
@@ -101,24 +97,8 @@ def _lines_of_roots(
     "colorings", short_help="Every Two-Color-consistent colouring of a loop."
 )
 @click.argument("loop_file", metavar="GAIT_FILE_OR_REQUEST", type=GAIT_FILE)
-@click.option(
-    "--sign",
-    type=click.Choice(["auto", "positive", "negative"]),
-    show_default="what the file says, else auto",
-    help="Sign of R.",
-)
-@click.option(
-    "--limit",
-    type=Whole(min=0),
-    help="List at most so many; all are counted.",
-)
 @common_options
-def colorings_command(
-    loop_file: str,
-    sign: SignChoice | None,
-    limit: int | None,
-    chosen: Chosen,
-) -> int:
+def colorings_command(loop_file: str, chosen: Chosen) -> int:
     """List every colouring of a closed loop of (α1, α2) that obeys the Two Color rule.
 
     The loop is that of a gait file, gait1 to gait4, a table of alpha1 and alpha2 alone, or a request's waypoints. The
@@ -127,8 +107,7 @@ def colorings_command(
     from gaitgraph.planning.request import colorings_of_file
 
     with working(f"coloring {loop_file}"):
-        answer = colorings_of_file(loop_file, sign=sign, **chosen)
-    listed = islice(answer, limit)
+        answer = colorings_of_file(loop_file, **chosen)
     if wants_json():
         # Written one by one: there may be more than fit in memory.
         head = json.dumps(
@@ -136,17 +115,15 @@ def colorings_command(
         )
         click.echo(f'{head[:-1]}, "colorings": [', nl=False)
         signs: list[str] = []
-        for coloring in listed:
+        for coloring in answer:
             separator = ", " if signs else ""
             click.echo(separator + json.dumps(list(coloring.colors)), nl=False)
             signs.append(coloring.sign)
         click.echo(f'], "coloring_signs": {json.dumps(signs)}}}')
     else:
         click.echo(str(answer))
-        for coloring in listed:
+        for coloring in answer:
             click.echo(f"  {coloring}")
-        if limit is not None and answer.count > limit:
-            click.echo(f"  … {limit} of them shown")
     return 0 if answer else 1
 
 
@@ -163,9 +140,6 @@ def colorings_command(
     default=20,
     help="List at most so many.",
 )
-@color_option
-@sign_option
-@divisions_option
 @click.option(
     "--require",
     "edges",
@@ -183,8 +157,9 @@ def cycles_command(
 ) -> int:
     """List simple closed cycles of the surface graph, the shortest first, each with its verdict.
 
-    Each is printed as soon as it is found, as text or as one line of JSON. Polygons of a request file confine them to a
-    region; its waypoints are not used. The exit code is 1 if there is none.
+    Each is printed as soon as it is found, as text or as one line of JSON. A request file may state their color and
+    sign of R, the divisions of the grid, and polygons that confine them; its waypoints are not used. The exit code is 1
+    if there is none.
     """
     from gaitgraph.planning.grid import grid_cycles
 
@@ -233,12 +208,6 @@ def cycles_command(
     default="flyable",
     help="The region where a gait can fly, or where R has the sign.",
 )
-@click.option(
-    "--color",
-    type=click.Choice(["red", "blue"]),
-    default="red",
-    help="Sheet of the surface.",
-)
 @sign_option
 @servo_margin_option
 @picture_outputs_options
@@ -251,9 +220,9 @@ def region_command(
 ) -> int:
     """List the parts of the admissible regions, or, with waypoints, report in which part each of them lies.
 
-    A waypoint in none gets the reason and the nearest admissible point. A request file may also state polygons, the
-    floor of the least singular value and the accuracy of curved borders. The exit code is 1 if no part holds all
-    waypoints, so that no closed gait passes them, or if there is no part.
+    A waypoint in none gets the reason and the nearest admissible point. A request file may also state the color,
+    polygons, the floor of the least singular value and the accuracy of curved borders. The exit code is 1 if no part
+    holds all waypoints, so that no closed gait passes them, or if there is no part.
     """
     from gaitgraph.planning.location import located
     from gaitgraph.plots.axes import blank_figure, check_pictures, write_pictures

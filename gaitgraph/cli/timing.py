@@ -13,7 +13,6 @@ from gaitgraph.cli.options import (
     SECONDS,
     Angle,
     FileOr,
-    Number,
     anyway_option,
     certify_option,
     common_options,
@@ -42,20 +41,12 @@ if TYPE_CHECKING:
 )
 @click.argument("start", metavar="FROM", type=FileOr("hover", *PAPER_GAITS))
 @click.argument("end", metavar="TO", type=FileOr("hover", *PAPER_GAITS))
-@click.option(
-    "--duration",
-    type=SECONDS,
-    metavar="SECONDS",
-    show_default="1, or what the limits need",
-    help="Duration of the path.",
-)
 @require_option
 @gait_outputs_options
 @common_options
 def transition_command(
     start: str,
     end: str,
-    duration: float | None,
     require: str,
     outputs: tuple[str, ...],
     force: bool,
@@ -78,12 +69,7 @@ def transition_command(
 
     check_outputs(outputs, force=force)
     with working("searching a path"):
-        answer = transition(
-            end_of(start),
-            end_of(end),
-            duration=duration,
-            **chosen,
-        )
+        answer = transition(end_of(start), end_of(end), **chosen)
         if not answer:
             return show(answer)
         is_wanted = getattr(answer.report, require)
@@ -118,23 +104,10 @@ def transition_command(
     help="Largest tilt acceleration, per second squared.",
 )
 @click.option(
-    "--max-jerk",
-    type=Angle(is_positive=True),
-    show_default="the vehicle's",
-    help="Largest tilt jerk, per second cubed.",
-)
-@click.option(
     "--rounding",
     type=Angle(is_positive=True),
     show_default="what the file says, else rest at corners",
     help="Round corners by at most this.",
-)
-@click.option(
-    "--servo-lag",
-    type=Number(min=0),
-    metavar="SECONDS",
-    show_default="the vehicle's, if any",
-    help="Time constant of the servos.",
 )
 @sampling_options
 @certify_option
@@ -147,9 +120,7 @@ def pace_command(
     period: float | None,
     max_rate: float | None,
     max_acceleration: float | None,
-    max_jerk: float | None,
     rounding: float | None,
-    servo_lag: float | None,
     samples: int | None,
     rate: float | None,
     certify: bool,
@@ -182,10 +153,8 @@ def pace_command(
         limits = limits_of(
             origin.gait.vehicle,
             origin.limits,
-            servo_lag=servo_lag,
             rate=max_rate,
             acceleration=max_acceleration,
-            jerk=max_jerk,
         )
         find_law = least_period if period is None else partial(paced, period=period)
         if rounding is None:
@@ -217,7 +186,7 @@ def pace_command(
         lines += [f"warning: {warning}" for warning in new_warnings]
         if not report.flyable:
             lines.append(f"  not flyable: {report.reason}")
-        response = _response_of(timed, servo_lag)
+        response = _response_of(timed)
         if response is not None:
             lines.append(f"  {response}")
             more["servo"] = response.as_mapping()
@@ -251,13 +220,11 @@ def _origin_of(gait_file: str, chosen: Chosen) -> Origin:
     return origin
 
 
-def _response_of(timed: TimedGait, servo_lag: float | None) -> ServoResponse | None:
-    """Return how lagging servos follow; None if neither the lag nor the vehicle states their time constant."""
+def _response_of(timed: TimedGait) -> ServoResponse | None:
+    """Return how lagging servos follow; None if the vehicle does not state their time constant."""
     from gaitgraph.timing.servo_lag import servo_response
 
-    lag: Any = servo_lag
-    if lag is None:
-        lag = timed.gait.vehicle.servo_lag
+    lag: Any = timed.gait.vehicle.servo_lag
     if lag is None:
         return None
     return servo_response(timed, lag)

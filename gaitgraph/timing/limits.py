@@ -116,14 +116,12 @@ def _four_limits(kind: str, limit: Limit) -> FloatArray | None:
 def limits_of(
     vehicle: Vehicle,
     made_for: Mapping[str, Limit] | None = None,
-    *,
-    servo_lag: float | None = None,
     **given: Limit,
 ) -> Limits:
     """Return the limits of a vehicle; limits that are `given` by the names of :class:`Limits` replace them.
 
     Where the vehicle states none those count that a table was `made_for`. Without a limit of acceleration or jerk the
-    error proposes the rate over the `servo_lag` [s], by default the vehicle's.
+    error proposes the rate over the servo lag of the vehicle [s].
     """
     limits: dict[str, Limit] = dict(made_for or {})
     for kind in RATE_UNITS:
@@ -131,8 +129,7 @@ def limits_of(
             if limit is not None:
                 limits[kind] = limit
     if "acceleration" not in limits and "jerk" not in limits:
-        lag = vehicle.servo_lag if servo_lag is None else servo_lag
-        raise _without_acceleration(limits.get("rate"), lag)
+        raise _without_acceleration(limits.get("rate"), vehicle.servo_lag)
     return Limits(**limits)
 
 
@@ -144,7 +141,7 @@ def _without_acceleration(rate: Limit, servo_lag: Each | None) -> InputError:
     unknown = "if it is not known, take the rate over the servo's time constant"
     advice = Advice(
         f"{stated} Limits(acceleration=…); {unknown} (rate over servo_lag)",
-        f"{stated} --max-acceleration; {unknown} (--max-rate over --servo-lag)",
+        f"{stated} --max-acceleration; {unknown} (--max-rate over servo_lag)",
     )
     if rates is not None and (rates > 0).all() and (lags > 0).all():
         joint = int(np.argmin(rates / lags))
