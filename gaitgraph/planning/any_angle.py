@@ -70,13 +70,13 @@ def any_angle_loop(branch: Branch) -> Loop | Refusal:
     return loop
 
 
-def shortest_path(branch: Branch) -> Leg | None:
+def shortest_path(branch: Branch) -> list[Point] | None:
     """Return the shortest path from the first waypoint of a branch to the last, or None if there is none."""
     waypoints = branch.request.waypoints
-    start, end = waypoints[0], waypoints[-1]
     if straight_loop(branch) is not None:
-        return Leg(list(waypoints), math.dist(start, end))
-    return _region_around(branch).leg(start, end)
+        return list(waypoints)
+    leg = _region_around(branch).leg(waypoints[0], waypoints[-1])
+    return None if leg is None else leg.points
 
 
 # -- The straight loop
@@ -181,7 +181,7 @@ def _shortest_order(
                 leg = leg_between(first, second)
                 if leg is None:
                     return tuple(range(number)), True
-                length = leg.length
+                length = length_of(leg.points)
             lengths[first, second] = quanta_of(length)
     is_hurried = _is_hurried(waypoints, until)
     order = shortest_order(number, lambda a, b: lengths[a, b], nearest_next=is_hurried)
@@ -238,11 +238,6 @@ class Leg(NamedTuple):
 
     points: list[Point]
     lower_bound: float
-
-    @property
-    def length(self) -> float:
-        """Length of the path [rad]."""
-        return length_of(self.points)
 
 
 class PreparedRegion:

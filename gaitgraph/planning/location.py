@@ -7,54 +7,32 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph._lazy import cached_property
-from gaitgraph.errors import checked_choice
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import prepared_region
 from gaitgraph.planning.branch import Branch, Refusal, Search
 from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.surface.admissible import why_empty
-from gaitgraph.surface.sheets import COLORS, RELATION, Color, Sign
+from gaitgraph.surface.sheets import RELATION, Color, Sign
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.planning.request import Point
-    from gaitgraph.surface.region import Points, Region, Requirement
-    from gaitgraph.surface.sheets import SignChoice
-    from gaitgraph.vehicle import Angle, VehicleLike
+    from gaitgraph.surface.region import Points, Region
 
 _WIDTH = 110
 _MOST_NEAREST = 8  # in the words of a refusal
 
 
-def location_of(
-    waypoints: Points,
-    *,
-    require: Requirement = PlanRequest.require,
-    color: Color = "red",
-    sign: SignChoice = PlanRequest.sign,
-    vehicle: VehicleLike = PlanRequest.vehicle,
-    coefficients: CoefficientsLike | None = PlanRequest.coefficients,
-    floor: float = PlanRequest.floor,
-    keep_out: Sequence[Points] = PlanRequest.keep_out,
-    keep_in: Sequence[Points] = PlanRequest.keep_in,
-    accuracy: float = PlanRequest.accuracy,
-    servo_margin: Angle = PlanRequest.servo_margin,
-) -> Location:
+def location_of(waypoints: Points, **fields: Any) -> Location:
     """Return in which part of the admissible regions each waypoint lies, and whether a loop can join them all.
 
     Parameters
     ----------
     waypoints
         (α1, α2) pairs in [−π/2, π/2], numbers [rad] or texts such as "3pi/8".
-    require
-        "flyable", where the least singular value, hover thrusts and limits of the vehicle allow a gait, or "valid",
-        where R has the sign.
-    color, sign
-        The sheet, "red" or "blue", and the sign of R: "positive", "negative" or "auto", which is both.
-    vehicle, coefficients, floor, keep_out, keep_in, accuracy, servo_margin
-        As for :func:`gaitgraph.planning.planner.plan_loop`.
+    fields
+        Others of :class:`gaitgraph.planning.request.PlanRequest`, as for :func:`gaitgraph.planning.planner.plan_loop`,
+        of which `require`, `color`, `sign`, `vehicle`, `coefficients`, `floor`, `keep_out`, `keep_in`, `accuracy` and
+        `servo_margin` count. The color "auto" is red; the sign "auto" is both.
 
     Raises
     ------
@@ -69,25 +47,11 @@ def location_of(
     >>> [round(angle, 4) for angle in location.regions[0].nearest[1]]
     [0.1671, 0.5]
     """
-    checked_choice("color", color, COLORS)
-    request = plan_request(
-        waypoints,
-        require=require,
-        color=color,
-        sign=sign,
-        vehicle=vehicle,
-        coefficients=coefficients,
-        floor=floor,
-        keep_out=keep_out,
-        keep_in=keep_in,
-        accuracy=accuracy,
-        servo_margin=servo_margin,
-    )
-    return located(request)
+    return located(plan_request(waypoints, **fields))
 
 
 def located(request: PlanRequest) -> Location:
-    """Return what :func:`location_of` does, for the waypoints of a request; its color "auto" is red.
+    """Return what :func:`location_of` does, for the waypoints of a request.
 
     Without waypoints the answer has the parts of the regions alone.
     """

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from types import MappingProxyType
 from typing import IO, TYPE_CHECKING, Any, NamedTuple
@@ -27,7 +28,7 @@ from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_CHECKS, RATE_UNITS, Table
 from gaitgraph.io.formats import write_tables
 from gaitgraph.pictured import Pictured
-from gaitgraph.planning.any_angle import Leg, shortest_path
+from gaitgraph.planning.any_angle import length_of, shortest_path
 from gaitgraph.planning.branch import Branch, Search
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.curved import hover_on_sheet, sheet_of
@@ -54,7 +55,7 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Each, four_of, lowest_limits, vehicle_within
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from gaitgraph.gait.given import GaitLike
@@ -554,8 +555,6 @@ class _Path(NamedTuple):
 def _shortest(leaving: _End, joining: _End, floor: float) -> _Path | str:
     """Return the shortest path between corners of two gaits, or the reason why there is none."""
     first, last = leaving.place, joining.place
-    points = np.clip(first.alpha[:, :2], -HALF_PI, HALF_PI).tolist()
-    others = np.clip(last.alpha[:, :2], -HALF_PI, HALF_PI).tolist()
     is_curved = first.vehicle.asymmetry is not None
     color: Color = "blue" if first.color == "blue" else "red"
     requirements: list[Requirement] = ["flyable", "valid"]
@@ -565,45 +564,61 @@ def _shortest(leaving: _End, joining: _End, floor: float) -> _Path | str:
         requirements = ["flyable"]
     else:
         # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
-        wall = separating_factor(points[0], others[0], first.vehicle)
+        ends = _plane_of(first)[0], _plane_of(last)[0]
+        wall = separating_factor(*ends, first.vehicle)
         if wall:
             return f"both ends are on the red sheet, separated by {wall}, where R = 0; use gaits in one component"
     # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
     on_sheet = first if is_curved else _on_sheet(first, first.alpha[:, :2])
     sign: Sign = "positive" if _largest_R(on_sheet.R) > 0 else "negative"
+    for require in requirements:
+        branch_of = partial(Branch, color=color, sign=sign, require=require)
+        path = _shortest_of(first, last, floor, branch_of)
+        if path is not None:
+            return path
+    return f"none was found on the {color} sheet with this sign of R, between any of the corners tried"
+
+
+def _shortest_of(
+    first: Gait, last: Gait, floor: float, branch_of: Callable[..., Branch]
+) -> _Path | None:
+    """Return the shortest path from a corner of one gait to one of another, in a branch of its own request; else None."""
+    points, others = _plane_of(first), _plane_of(last)
     # Of corners equally near, the path back joins the same.
     is_backward = last.alpha.tolist() < first.alpha.tolist()
     pairs = []
     for leaves, joins in product(_nearest(points, others), _nearest(others, points)):
         order = (joins, leaves) if is_backward else (leaves, joins)
         pairs.append((math.dist(points[leaves], others[joins]), order, leaves, joins))
-    pairs.sort()
-    for require in requirements:
-        best: Leg | None = None
-        for distance, _, leaves, joins in pairs:
-            if best is not None and distance >= best.length:
-                break  # no path is shorter than the straight line
-            start, end = points[leaves], others[joins]
-            request = plan_request(
-                sorted([start, end]),  # so that the path back is the path there
-                vehicle=first.vehicle,
-                coefficients=first.coefficients.kind,
-                floor=floor,
-            )
-            branch = Branch(
-                search=Search(request), color=color, sign=sign, require=require
-            )
-            leg = shortest_path(branch)
-            if leg is None or (best is not None and leg.length >= best.length):
-                continue
-            best = leg if start <= end else Leg(leg.points[::-1], leg.lower_bound)
-            ends = leaves, joins
-        if best is not None:
-            path = _on_sheet(first, best.points)
-            # A printed gait is a little beside its sheet: the path begins and ends at its own corners.
-            alpha = [first.alpha[[ends[0]]], path.alpha[1:-1], last.alpha[[ends[1]]]]
-            return _Path(np.vstack(alpha), *ends)
-    return f"none was found on the {color} sheet with this sign of R, between any of the corners tried"
+    shortest = None
+    length = math.inf
+    for distance, _, leaves, joins in sorted(pairs):
+        if distance >= length:
+            break  # no path is shorter than the straight line
+        start, end = points[leaves], others[joins]
+        request = plan_request(
+            sorted([start, end]),  # so that the path back is the path there
+            vehicle=first.vehicle,
+            coefficients=first.coefficients.kind,
+            floor=floor,
+        )
+        plane = shortest_path(branch_of(search=Search(request)))
+        if plane is not None and length_of(plane) < length:
+            length = length_of(plane)
+            shortest = (plane if start <= end else plane[::-1]), leaves, joins
+    if shortest is None:
+        return None
+    plane, leaves, joins = shortest
+    inner = _on_sheet(first, plane).alpha[1:-1]
+    # A printed gait is a little beside its sheet: the path begins and ends at its own corners.
+    alpha = np.vstack([first.alpha[leaves], inner, last.alpha[joins]])
+    return _Path(alpha, leaves, joins)
+
+
+def _plane_of(gait: Gait) -> list[Any]:
+    """Return the points (α1, α2) of the corners of a gait."""
+    corners: list[Any] = np.clip(gait.alpha[:, :2], -HALF_PI, HALF_PI).tolist()
+    return corners
 
 
 def _nearest(corners: list[Any], others: list[Any]) -> list[int]:
