@@ -235,7 +235,6 @@ timing.rounded(tolerance=0.9e-5) | tolerance
 transition(end="hover", coefficients="rough") | coefficients
 transition(start=TIMED, end=EXACT_GAIT) | end must be a gait for
 transition(rate=10, samples=10) | samples and rate must not both
-transition(samples=5_000_001) | at most 5000000 samples
 validate(gait=TIMED, vehicle=gg.PAPER) | vehicle must be None beside a
 flight.settings_from_mapping(content={"atitude_noise": 0.1}) | did you mean 'attitude_noise'
 flight.settings_from_mapping(content={"tolerance": 10.1}) | tolerance

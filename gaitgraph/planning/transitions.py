@@ -43,7 +43,6 @@ from gaitgraph.timing.joining import (
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.lifted_gait import is_lifted, path_of
 from gaitgraph.timing.timed_gait import (
-    MOST_SAMPLES,
     ROW_BY_ROW,
     TimedPath,
     checked_clock,
@@ -182,11 +181,10 @@ class Transition(Pictured):
         self,
         *paths: str | Path | IO[Any],
         force: bool = False,
-        periods: int = 1,
         format: str | None = None,
     ) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
-        write_tables(self.table, paths, force=force, periods=periods, format=format)
+        write_tables(self.table, paths, force=force, format=format)
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
@@ -225,36 +223,36 @@ class Transition(Pictured):
             if self.proof:
                 text += f"\nProof: {self.proof['statement']}."
             return text
-        ends = []
-        lines = []
-        happens = (
-            "before it the clock of the gait stops",
-            "after it the clock of the gait starts",
-        )
-        runs = self.run_down, self.run_up
-        for corner, alpha, run, what in zip(
-            self.corners, self.path[[0, -1]], runs, happens, strict=True
-        ):
-            place = HOVER if corner is None else f"corner {corner + 1}"
-            if run is not None:
-                plural = "s" if run.periods > 1 else ""
-                lines.append(
-                    f"  {what}: {run.periods} period{plural} of it in {run.period:.4g} s"
-                )
-                place = "row 1"
-            if corner is not None:
-                place += f" {tuple(alpha.round(3).tolist())}"
-            ends.append(place)
+        start, end = self.path[[0, -1]]
+        ends = f"From {_place(self.corners[0], start, self.run_down)} to {_place(self.corners[1], end, self.run_up)}"
         size = f"{len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}"
         if not self.length:
             size += ", nothing moves"
-        how = "there and back"
-        if lines:
-            how = "as a table"
-        lines.insert(0, f"From {ends[0]} to {ends[1]}: {size}; checked {how}")
+        runs = [
+            *_run_in_words("before it the clock of the gait stops", self.run_down),
+            *_run_in_words("after it the clock of the gait starts", self.run_up),
+        ]
+        how = "as a table" if runs else "there and back"
+        lines = [f"{ends}: {size}; checked {how}", *runs]
         if self.reason is not None and self.reason != self.judged.reason:
             lines.append(f"  not flyable: {self.reason}")
         return "\n".join([*lines, str(self.judged)])
+
+
+def _place(corner: int | None, alpha: FloatArray, run: RunUp | None) -> str:
+    """Return where a path leaves or joins a gait, in words."""
+    if corner is None:
+        return HOVER
+    place = f"corner {corner + 1}" if run is None else "row 1"
+    return f"{place} {tuple(alpha.round(3).tolist())}"
+
+
+def _run_in_words(what: str, run: RunUp | None) -> list[str]:
+    """Return the line that says what happens in a run-up or a run-down, if there is one."""
+    if run is None:
+        return []
+    plural = "s" if run.periods > 1 else ""
+    return [f"  {what}: {run.periods} period{plural} of it in {run.period:.4g} s"]
 
 
 def transition(
@@ -319,7 +317,7 @@ def transition(
         raise wrong("duration", "must be between 1e-6 and 5e8 s", duration)
     floor = checked_floor(floor)
     seconds = _DURATION if duration is None else float(duration)
-    _checked_samples(seconds, law, samples, rate)
+    checked_clock(seconds, law, samples=samples, rate=rate)
     reason, proof = _refusal(first, last, floor)
     if reason is not None:
         return Transition(reason=reason, proof=proof, law=law)
@@ -337,11 +335,11 @@ def transition(
         seconds = _least_duration(limited, law)
     run_down, run_up = leaving.run_up(stops=True), joining.run_up()
     runs = [run.period for run in (run_down, run_up) if run is not None]
-    count = _checked_samples(seconds + sum(runs), law, samples, rate)
-    there_and_back = gait.parametrize(2 * seconds, law=law, samples=2 * count)
+    count = checked_clock(seconds + sum(runs), law, samples=samples, rate=rate)
+    motion = TimedPath.of(gait.parametrize(2 * seconds, law=law))
     answer = Transition(
         reason=None,
-        motion=TimedPath.of(there_and_back),
+        motion=replace(motion, samples=count),
         run_down=run_down,
         run_up=run_up,
         corners=(leaving.numbers[path.leaves], joining.numbers[path.joins]),
@@ -437,19 +435,6 @@ def _end_of(
         numbers = path_of(place).corners.tolist()
         place = replace(place, alpha=place.alpha[numbers])
     return _End(given.gait, place, numbers)
-
-
-def _checked_samples(
-    duration: float, law: LawName, samples: int | None, rate: float | None
-) -> int:
-    """Return the number of intervals one way; there and back has twice as many."""
-    count = checked_clock(duration, law, samples=samples, rate=rate)
-    if count > MOST_SAMPLES // 2:
-        rule = f"must give at most {MOST_SAMPLES // 2} samples"
-        if rate is None:
-            raise wrong("samples", rule, samples)
-        raise wrong("rate", rule, rate)
-    return count
 
 
 def _least_duration(limited: Gait, law: LawName) -> float:
