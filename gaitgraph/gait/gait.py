@@ -338,6 +338,17 @@ def lift(
     )
 
 
+def gait_through(corners: FloatArray, like: Gait) -> Gait:
+    """Return the gait through some corners, with the vehicle, the coefficients and the first color of another."""
+    colors = like.colors[:1] * len(corners)
+    return replace(like, alpha=corners, colors=colors, request={})
+
+
+def there_and_back(line: FloatArray, like: Gait) -> Gait:
+    """Return the gait along a line and back, with the vehicle, the coefficients and the first color of another."""
+    return gait_through(np.vstack([line, line[-2:0:-1]]), like)
+
+
 def setting_line(gait: Gait) -> str:
     """Return the vehicle and the coefficients of a gait in one line."""
     ratio = f"κ = {gait.vehicle.drag_ratio:.4f}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from gaitgraph import later
 from gaitgraph.angles import whole_number
 from gaitgraph.errors import Advice, Infeasible
+from gaitgraph.gait.gait import there_and_back
 from gaitgraph.gait.table import check_repeats
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.planning.transitions import transition
@@ -154,6 +154,5 @@ def _unreachable(gait: Gait, reason: str) -> Infeasible:
 
 def _path(like: Gait, line: FloatArray, law: LawName, seconds: float) -> TimedPath:
     """Return the timed path along some corners, for the vehicle, coefficients and color of a gait."""
-    alpha = np.vstack([line, line[-2:0:-1]])
-    gait = replace(like, alpha=alpha, colors=like.colors[:1] * len(alpha), request={})
+    gait = there_and_back(line, like)
     return TimedPath.of(gait.parametrize(2 * seconds, law=law))

@@ -82,9 +82,8 @@ class Replan(Record):
     @property
     def entry(self) -> TimedGait:
         """The approach there and back, timed; its first half is the approach; raises Infeasible if there is none."""
-        return self._timed(
-            np.vstack([self.approach, self.approach[-2:0:-1]]), 2 * self.duration
-        )
+        back = self.approach[-2:0:-1]
+        return self._timed(np.vstack([self.approach, back]), 2 * self.duration)
 
     @property
     def timed(self) -> TimedGait:

@@ -23,7 +23,7 @@ import numpy as np
 
 from gaitgraph.angles import HALF_PI, checked_floor, number_of
 from gaitgraph.errors import Infeasible, InputError, wrong
-from gaitgraph.gait.gait import Gait, lift
+from gaitgraph.gait.gait import Gait, gait_through, lift, there_and_back
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_CHECKS, RATE_UNITS, Table
 from gaitgraph.io.formats import write_tables
@@ -325,9 +325,7 @@ def transition(
     if isinstance(path, str):
         return Transition(reason=path, law=law)
 
-    alpha = np.vstack([path.alpha, path.alpha[-2:0:-1]])
-    colors = first.colors[:1] * len(alpha)
-    gait = replace(first, alpha=alpha, colors=colors, request={})
+    gait = there_and_back(path.alpha, first)
     # Both those of the vehicle and those that the tables were made for.
     limits = lowest_limits([leaving.limits, joining.limits])
     limited = replace(gait, vehicle=vehicle_within(gait.vehicle, limits))
@@ -421,12 +419,7 @@ def _end_of(
         motion = played(given)
         limits = table.limits
     if motion is not None:
-        place = replace(
-            motion.gait,
-            alpha=motion.at(0.0).alpha[None],
-            colors=motion.gait.colors[:1],
-            request={},
-        )
+        place = gait_through(motion.at(0.0).alpha[None], motion.gait)
         each = {kind: tuple(limit) for kind, limit in limits.items()}
         return _End(motion.gait, place, [0], motion, each)
     place = given.gait
@@ -620,7 +613,7 @@ def _on_sheet(gait: Gait, plane: Any) -> Gait:
     """Return points of the plane on the sheet of a gait's first corner; on a curved one with rows between them."""
     if gait.vehicle.asymmetry is not None:
         rows = sheet_of(gait.coefficients.rotors).rows(plane)
-        return replace(gait, alpha=rows.alpha, request={})
+        return gait_through(rows.alpha, gait)
     return lift(
         plane,
         gait.colors[0],

@@ -25,6 +25,7 @@ import numpy as np
 from gaitgraph import later
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError
+from gaitgraph.gait.gait import gait_through, there_and_back
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
     RATES,
@@ -446,10 +447,8 @@ class JoinedPath(TimedGait):
 
 def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:
     """Return the closed polyline that leads along some sections and back."""
-    out = np.vstack([section.line for section in sections])
-    alpha = np.vstack([out, out[-2:0:-1]])
-    gait = sections[0].gait
-    return replace(gait, alpha=alpha, colors=gait.colors[:1] * len(alpha), request={})
+    line = np.vstack([section.line for section in sections])
+    return there_and_back(line, sections[0].gait)
 
 
 def joined_again(
@@ -464,11 +463,11 @@ def joined_again(
         corners = np.array(part["corners"], dtype=float)
         law, period = part["law"], part["period"]
         if "periods" not in part:
-            gait = _through(like, np.vstack([corners, corners[-2:0:-1]]))
+            gait = there_and_back(corners, like)
             sections.append(TimedPath.of(gait.parametrize(2 * period, law=law)))
             continue
         motion = timed_by_law(
-            _through(like, corners),
+            gait_through(corners, like),
             law,
             period,
             samples=1,
@@ -479,8 +478,3 @@ def joined_again(
         run = kind(motion=motion, periods=part["periods"], stops=part["stops"])
         sections.append(run)
     return JoinedPath.of(sections, samples)
-
-
-def _through(like: Gait, corners: FloatArray) -> Gait:
-    """Return the gait through some corners, for the vehicle, coefficients and color of another."""
-    return replace(like, alpha=corners, colors=like.colors[:1] * len(corners))
