@@ -14,7 +14,7 @@ inside.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -89,8 +89,8 @@ class Retargeted(Pictured):
     before: Report
     reason: str | None
     table: Table | None = None
-    rows: IntArray | None = None
-    moved: FloatArray | None = None
+    rows: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
+    moved: FloatArray = field(default_factory=lambda: np.empty(0))
     unchanged: int = 0
     after: Report | None = None
     alternatives: tuple[float, ...] = ()
@@ -110,15 +110,17 @@ class Retargeted(Pictured):
         """Whether the gait is "unchanged" or "retargeted", or there is none: "infeasible"."""
         if self.table is None:
             return "infeasible"
-        if self.added or self.unchanged < len(self._moves()):
+        if self.added or self.unchanged < len(self.moved):
             return "retargeted"
         return "unchanged"
 
     def __bool__(self) -> bool:
         return self.table is not None
 
+    @property
     def _moves(self) -> FloatArray:
-        if self.moved is None:
+        """How far each row was moved; Infeasible, with the reason, if there is no gait."""
+        if self.table is None:
             raise Infeasible(self.reason)
         return self.moved
 
@@ -132,23 +134,23 @@ class Retargeted(Pictured):
     @property
     def total(self) -> float:
         """The sum of all rows' distances [rad]; no flyable gait in the same component has a smaller one."""
-        return float(self._moves().sum())
+        return float(self._moves.sum())
 
     @property
     def rms(self) -> float:
         """The root mean square of the rows' distances [rad]."""
-        return float(np.sqrt(np.mean(self._moves() ** 2)))
+        return float(np.sqrt(np.mean(self._moves**2)))
 
     @property
     def largest(self) -> tuple[float, int]:
         """The largest distance [rad], and its row, counted from 1."""
-        row = int(np.argmax(self._moves()))
-        return float(self._moves()[row]), row + 1
+        row = int(self._moves.argmax())
+        return float(self.moved[row]), row + 1
 
     @property
     def added(self) -> int:
         """How many rows were added between the given ones."""
-        if self.table is None or self.rows is None:
+        if self.table is None:
             return 0
         return len(self.table) - len(self.rows)
 
@@ -161,30 +163,27 @@ class Retargeted(Pictured):
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
         names = ("rows", "unchanged", "added", "total", "rms", "largest", "largest_row")
-        answer: dict[str, Any] = {"status": self.status, "reason": self.reason}
-        answer |= dict.fromkeys(names)
-        answer |= {"share": self.share, "advice": self.advice}
-        answer |= {"moved": [], "new_rows": [], "path": [], "colors": [], "t": None}
-        answer["alternatives"] = list(self.alternatives)
-        answer["before"] = self.before.as_mapping()
-        answer |= verdict_of(self.after)
-        answer["warnings"] = list(self.warnings)
-        if self.table is not None and self.rows is not None and self.after is not None:
-            moved = self._moves().tolist()
-            largest, row = self.largest
-            answer |= {
-                "rows": len(moved),
-                "unchanged": self.unchanged,
-                "added": self.added,
-                "total": self.total,
-                "rms": self.rms,
-                "largest": largest,
-                "largest_row": row,
-                "moved": moved,
-                "new_rows": (self.rows + 1).tolist(),
-                "path": self.table.alpha.tolist(),
-                "colors": list(self.table["color"]),
-            }
+        answer: dict[str, Any] = {
+            "status": self.status,
+            "reason": self.reason,
+            **dict.fromkeys(names),
+            "share": self.share,
+            "advice": self.advice,
+            "moved": self.moved.tolist(),
+            "new_rows": (self.rows + 1).tolist(),
+            "path": [],
+            "colors": [],
+            "t": None,
+            "alternatives": list(self.alternatives),
+            "before": self.before.as_mapping(),
+            **verdict_of(self.after),
+            "warnings": list(self.warnings),
+        }
+        if self.table is not None and self.after is not None:
+            counts = (len(self.moved), self.unchanged, self.added, self.total, self.rms)
+            answer |= zip(names, counts + self.largest, strict=True)
+            answer["path"] = self.table.alpha.tolist()
+            answer["colors"] = list(self.table["color"])
             if "t" in self.table:
                 answer["t"] = self.table["t"].tolist()
             answer["warnings"] += self.after.warnings
@@ -202,7 +201,7 @@ class Retargeted(Pictured):
         if _is_little(self.share):
             lines.append(self._little)
         lines.append(
-            f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"
+            f"{self.status}: {self.unchanged} of {len(self.moved)} rows as they were, {self.added} added"
         )
         if self.status == "retargeted":
             far, row = self.largest
