@@ -19,7 +19,7 @@ from gaitgraph.invertibility import (
     least_singular_value,
     level_determinant,
 )
-from gaitgraph.surface.sheets import red_label
+from gaitgraph.surface.red_components import red_label
 from gaitgraph.timing.laws import LAWS
 from tests.published import GAITS
 from tests.samples import EXACT, points_of

@@ -11,7 +11,7 @@ import gaitgraph as gg
 from gaitgraph.errors import InputError
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.surface import sign_region
-from gaitgraph.surface.sheets import separating_factor
+from gaitgraph.surface.red_components import separating_factor
 from gaitgraph.vehicle import PAPER
 
 RAISED = PAPER.replace(name="raised", rotor_height=0.15 * 0.1785)

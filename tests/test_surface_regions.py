@@ -39,14 +39,9 @@ from gaitgraph.surface.flight_regions import (
     singular_value_region,
     thrust_region,
 )
+from gaitgraph.surface.red_components import HOVER_LABEL, red_label, separating_factor
 from gaitgraph.surface.region import Region, Zones, zones_region
-from gaitgraph.surface.sheets import (
-    HOVER_LABEL,
-    SIGNS,
-    red_label,
-    separating_factor,
-    sheet_angles,
-)
+from gaitgraph.surface.sheets import SIGNS, sheet_angles
 from gaitgraph.surface.sign_regions import certain_determinant, sign_region
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.samples import EXACT, PUBLISHED

@@ -13,7 +13,7 @@ from gaitgraph.plots.axes import (
     blank_figure,
     paper_style,
 )
-from gaitgraph.surface.sheets import red_label
+from gaitgraph.surface.red_components import red_label
 
 GREEN = "#1b8a3c"
 DELTA = gg.invertibility.coefficients_of(kind="exact").delta

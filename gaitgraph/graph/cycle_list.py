@@ -31,7 +31,8 @@ from gaitgraph.graph.walks import (
     usable_graph,
 )
 from gaitgraph.surface.curved_region import reached_from_hover
-from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
+from gaitgraph.surface.red_components import HOVER_LABEL, red_label
+from gaitgraph.surface.sheets import RELATION, Sign
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

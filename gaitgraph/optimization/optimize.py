@@ -48,6 +48,7 @@ from gaitgraph.planning.request import groups_of_repeats, merge_notes
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.flight_regions import singular_value_region, thrust_region
+from gaitgraph.surface.red_components import separating_factor
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     Discs,
@@ -56,7 +57,7 @@ from gaitgraph.surface.region import (
     offset,
 )
 from gaitgraph.surface.servo_regions import servo_margin_region
-from gaitgraph.surface.sheets import SIGNS, separating_factor
+from gaitgraph.surface.sheets import SIGNS
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, table_of

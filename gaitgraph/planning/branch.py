@@ -15,6 +15,7 @@ from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
 from gaitgraph.planning.request import Point
 from gaitgraph.records import Record
+from gaitgraph.surface.red_components import separating_factor
 from gaitgraph.surface.sheets import (
     COLORS,
     RAISED,
@@ -24,7 +25,6 @@ from gaitgraph.surface.sheets import (
     Sign,
     at_end_of_range,
     root_arrays,
-    separating_factor,
 )
 
 if TYPE_CHECKING:

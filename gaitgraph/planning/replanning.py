@@ -25,13 +25,14 @@ from gaitgraph.planning.request import groups_of_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.records import Record
 from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.surface.red_components import separating_factor
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     Zones,
     checked_polygons,
     region_of,
 )
-from gaitgraph.surface.sheets import SignChoice, separating_factor
+from gaitgraph.surface.sheets import SignChoice
 from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, Motion, TimedGait
 from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF, SAME_ANGLE

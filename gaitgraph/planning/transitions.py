@@ -32,7 +32,7 @@ from gaitgraph.planning.any_angle import length_of, shortest_path
 from gaitgraph.planning.branch import Branch, Search
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.curved import hover_on_sheet, sheet_of
-from gaitgraph.surface.sheets import home_in_words, separating_factor
+from gaitgraph.surface.red_components import home_in_words, separating_factor
 from gaitgraph.timing.joining import (
     HOVER,
     JoinedPath,

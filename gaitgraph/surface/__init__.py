@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         Colorings as Colorings,
         colorings as colorings,
     )
+    from gaitgraph.surface.red_components import red_label as red_label
     from gaitgraph.surface.region import (
         Condition as Condition,
         Region as Region,
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
         servo_margin_region as servo_margin_region,
     )
     from gaitgraph.surface.sheets import (
-        red_label as red_label,
         root_arrays as root_arrays,
         roots as roots,
         sheet_angles as sheet_angles,
@@ -60,6 +60,7 @@ else:
                 "Colorings",
                 "colorings",
             ],
+            "gaitgraph.surface.red_components": ["red_label"],
             "gaitgraph.surface.region": [
                 "Condition",
                 "Region",
@@ -68,7 +69,6 @@ else:
             ],
             "gaitgraph.surface.sheets": [
                 "sheet_distances",
-                "red_label",
                 "root_arrays",
                 "roots",
                 "sheet_angles",

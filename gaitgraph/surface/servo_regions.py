@@ -16,6 +16,7 @@ from gaitgraph.invertibility import error_margins
 from gaitgraph.invertibility.forms import Form, Sines, level_of, rotors_of
 from gaitgraph.surface.borders import Border, Waves, cut
 from gaitgraph.surface.flight_regions import singular_value_region, thrust_region
+from gaitgraph.surface.red_components import red_label
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     SQUARE,
@@ -28,7 +29,6 @@ from gaitgraph.surface.region import (
     region_of,
     union_of,
 )
-from gaitgraph.surface.sheets import Sign, red_label
 from gaitgraph.surface.sign_regions import checked_signs, on_red, red_sign
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.surface.borders import Function
+    from gaitgraph.surface.sheets import Sign
 
 _FINEST = 1e-5  # accuracy of the borders of a margin, which is an angle itself [rad]
 _POSTURES = 33  # of each angle, among which the largest servo margin is searched

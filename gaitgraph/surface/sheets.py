@@ -18,10 +18,6 @@ angles, so a straight segment between two of its points stays on it. On a sheet 
 alone. A fibre meets the red sheet where its free angles are equal, and within ±π/2 there alone; a pair of rotors idles
 there in hover, so no gait on a fibre can fly: a point of a fibre has a color only where it is on a sheet too.
 
-On the red sheet R = 0 on two lines and one curve. Inside [−π/2, π/2]² the signs of the three factors label the seven
-components that remain. Two points with different labels cannot be joined without a singular matrix. :func:`red_label`
-does this for every vehicle that a half turn maps to itself.
-
 All this is for rotors at the height of the centre of mass. With a rotor height H red and the fibres stay solutions, and
 their hover thrusts do not change; R does, and instead of the lines there is a curve. Blue is no solution then, and not
 singular in level flight: its zero-moment direction leans (docs/theory.md, 9).
@@ -54,21 +50,20 @@ from gaitgraph.angles import (
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import checked_choice, wrong
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.forms import FloatArray, level_of, rotors_of
+from gaitgraph.invertibility.forms import FloatArray, level_of
 from gaitgraph.invertibility.matrices import (
     attitude_sensitivities,
     level_determinant,
     tilt_angles,
 )
 from gaitgraph.records import Record
-from gaitgraph.surface.blocks import roll_block, yaw_block
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.tolerances import (
     DEFAULT_CROSSING_TOLERANCE,
     ROUND_OFF,
     SAME_ANGLE,
 )
-from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
+from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,11 +88,6 @@ _CODES = {"red": 1, "blue": -1}
 SIGNS: tuple[Sign, Sign] = ("negative", "positive")
 RAISED = "(use red), since its zero-moment direction leans for rotors at a height of"
 RELATION = {"negative": "R < 0", "positive": "R > 0"}
-HOVER_LABEL = (
-    1,
-    1,
-    1,
-)  # of the component of α = 0, which ordinary hover can reach; see red_label
 _MOST_ROOTS = 5
 # Both ends of the range for α3, and for α4, in the order of the roots.
 _SIDES = np.array(
@@ -559,116 +549,6 @@ def of_color(values: FloatArray, codes: CodeArray) -> FloatArray:
     """Return the values of each point's color, given for red and blue, shape (2, n); infinity without color."""
     of_sheet = np.where(codes > 0, values[0], values[1])
     return np.where(codes == 0, math.inf, of_sheet)
-
-
-def red_label(
-    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: VehicleLike = PAPER
-) -> npt.NDArray[np.int64]:
-    """Return three signs that tell the components of R ≠ 0 on red apart, shape (..., 3); their product is that of R.
-
-    They are (1, 1, 1) in the component of α = 0; a zero is singular. The third is positive on its side of D = 0. The
-    product of the first two is positive on its side of P = 0; they are the signs of two factors where P has two, and
-    otherwise the first tells components of equal signs apart (docs/theory.md, 10).
-
-    >>> red_label(0.0, 0.0).tolist(), red_label(1.178, -0.393).tolist()
-    ([1, 1, 1], [1, 1, -1])
-    """
-    vehicle = vehicle_named(vehicle)
-    a1, a2 = angles_from(alpha1, "alpha1"), angles_from(alpha2, "alpha2")
-    yaw, roll = _red_forms(vehicle)
-    c1, s1, c2, s2 = np.cos(a1), np.sin(a1), np.cos(a2), np.sin(a2)
-    side = (yaw[0, 0] * c1 + yaw[1, 0] * s1) * c2 + yaw[0, 1] * c1 * s2
-    first = roll[0, 0] * c1 + roll[1, 0] * s1
-    across = roll[0, 1] * c1 + roll[1, 1] * s1
-    level = first * c2 + across * s2
-    if roll_block(rotors_of(vehicle)).is_product:
-        second = roll[0, 0] * c2 + roll[0, 1] * s2
-    else:
-        # In tan α1 and tan α2, P = 0 is a hyperbola. Two of the parts beside it are convex, on either side of the
-        # vertical asymptote; D = 0, a line, can cut the third one, between the branches, in three.
-        bend = float(np.linalg.det(roll))
-        apart = math.copysign(1.0, roll[0, 1]) * across
-        between = np.ones(apart.shape)
-        middle = _chord_middle(yaw, roll)
-        if middle is not None:
-            x, y = middle
-            chord = s1 * c2 + c1 * s2 - (x + y) * c1 * c2
-            chord = chord * math.copysign(1.0, -(x + y))
-            cut = side * yaw[0, 1] * (roll[0, 1] + roll[1, 1] * x) * roll[1, 1] < 0
-            between = np.where(cut, chord, between)
-        first = np.where(level * bend * roll[1, 1] < 0, apart, between)
-        first = np.where(first < 0, -1.0, 1.0)
-        second = level * first
-    labels = np.stack(np.broadcast_arrays(first, second, side), axis=-1)
-    return np.asarray(np.sign(labels).astype(np.int64))
-
-
-def _red_forms(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
-    """Return the matrices of D and P, with signs that make both positive at α = 0."""
-    rotors = rotors_of(vehicle)
-    yaw, roll = yaw_block(rotors).form, roll_block(rotors).form
-    return yaw * math.copysign(1.0, yaw[0, 0]), roll * math.copysign(1.0, roll[0, 0])
-
-
-def _chord_middle(yaw: FloatArray, roll: FloatArray) -> tuple[float, float] | None:
-    """Return (tan α1, tan α2) between the points where D = 0 meets one branch of P = 0 twice, None if it does not."""
-    slope, start = -yaw[1, 0] / yaw[0, 1], -yaw[0, 0] / yaw[0, 1]
-    square = roll[1, 1] * slope
-    linear = roll[1, 0] + roll[0, 1] * slope + roll[1, 1] * start
-    meets = linear**2 > 4 * square * (roll[0, 0] + roll[0, 1] * start)
-    if square == 0 or not meets or np.linalg.det(roll) < 0:
-        return None
-    x = float(-linear / (2 * square))
-    return x, float(slope * x + start)
-
-
-def separating_factor(
-    first: Sequence[float], second: Sequence[float], vehicle: Vehicle = PAPER
-) -> str | None:
-    """Return what separates two points (α1, α2) of the red sheet with R ≠ 0, in words, or None."""
-    a, b = (red_label(x, y, vehicle) for x, y in (first, second))
-    names = dict.fromkeys(
-        name for name, x, y in zip(_red_curves(vehicle), a, b, strict=True) if x != y
-    )
-    return " and ".join(names) or None
-
-
-def home_in_words(vehicle: Vehicle) -> str:
-    """Return on which side of D = 0 the component of α = 0 of the red sheet is, as a condition."""
-    yaw, _ = _red_forms(vehicle)
-    ratio, offset = -yaw[0, 1] / yaw[1, 0], -yaw[0, 0] / yaw[1, 0]
-    factor = "" if math.isclose(ratio, 1.0) else f"{ratio:.4g} "
-    return f"tan α1 − {factor}tan α2 {'<' if offset > 0 else '>'} {offset:.4f}"
-
-
-def _red_curves(vehicle: Vehicle) -> tuple[str, str, str]:
-    """Return in words where each sign of a label changes."""
-    yaw, roll = _red_forms(vehicle)
-    ratio, offset = -yaw[0, 1] / yaw[1, 0], -yaw[0, 0] / yaw[1, 0]
-    equal_arms = vehicle.rotor_positions is None and len(set(vehicle.scaled_drags)) == 1
-    saddle = f"the curve tan α1 − {ratio:.4g} tan α2 = {offset:.4f}"
-    if equal_arms:
-        saddle = f"the curve tan α1 − tan α2 = 2κ = {offset:.4f}"
-    if roll_block(rotors_of(vehicle)).is_product:
-        lines = [math.atan2(-roll[0, 0], part) for part in (roll[1, 0], roll[0, 1])]
-        first, second = (f"the line α{k + 1} = {wrapped(lines[k]):.4f}" for k in (0, 1))
-        if equal_arms:
-            first, second = f"{first} (β1 = ∓π/2)", f"{second} (β2 = ±π/2)"
-        return first, second, saddle
-    terms = zip(
-        roll.ravel()[[2, 1, 3]] / roll[0, 0],
-        ("tan α1", "tan α2", "tan α1 tan α2"),
-        strict=True,
-    )
-    sums = "".join(
-        f" {'−' if number < 0 else '+'} {abs(number):.4g} {term}"
-        for number, term in terms
-    )
-    curve = f"the curve 1{sums} = 0"
-    if equal_arms:
-        height = f"H = {vehicle.height_ratio:.4g}"
-        curve = f"the curve (1 + κ tan α1)(1 − κ tan α2) = −H² tan α1 tan α2, {height}"
-    return curve, curve, saddle
 
 
 def text_from_types(third: int, fourth: int) -> str:

@@ -1,7 +1,7 @@
 """Where R has a sign on a sheet.
 
 The sign of R on a grid cannot separate the components of R ≠ 0: it joins them across the saddles, where two factors
-of R (:func:`gaitgraph.surface.sheets.red_label`) vanish.
+of R (:func:`gaitgraph.surface.red_components.red_label`) vanish.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.forms import Form, rotors_of
 from gaitgraph.surface.blocks import Block, roll_block, yaw_block
 from gaitgraph.surface.borders import Border, Waves, cut, negative_pair
+from gaitgraph.surface.red_components import red_label
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     NOWHERE,
@@ -34,15 +35,7 @@ from gaitgraph.surface.region import (
     region_of,
     union_of,
 )
-from gaitgraph.surface.sheets import (
-    COLORS,
-    RAISED,
-    SIGNS,
-    Color,
-    Sign,
-    red_label,
-    sheet_angles,
-)
+from gaitgraph.surface.sheets import COLORS, RAISED, SIGNS, Color, Sign, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:

@@ -24,12 +24,8 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.curved_region import reached_from_hover
-from gaitgraph.surface.sheets import (
-    HOVER_LABEL,
-    home_in_words,
-    red_label,
-    sheet_distances,
-)
+from gaitgraph.surface.red_components import HOVER_LABEL, home_in_words, red_label
+from gaitgraph.surface.sheets import sheet_distances
 from gaitgraph.tolerances import DEFAULT_TOLERANCE, IDLE_SHARE, SAME_ANGLE
 from gaitgraph.validation.report import (
     LIMITED,
