@@ -11,12 +11,10 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.certificates.verifying import note_on_certificate
-from gaitgraph.flight.engine import Engine
 from gaitgraph.graph import validate_graph
 from gaitgraph.invertibility import attitude_sensitivities
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.geometry import Geometry
-from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
 from gaitgraph.surface.sheets import curved_roots
 from tests.samples import (
     BOTH,
@@ -26,7 +24,6 @@ from tests.samples import (
     STANDING,
     by_vehicle,
     small_gait,
-    symmetric_vehicle,
 )
 
 if TYPE_CHECKING:
@@ -165,28 +162,6 @@ def test_a_table_that_is_run_once_is_judged_without_a_segment_back() -> None:
         gg.validation.validate_geometry(rows, "paper")  # type: ignore[arg-type]
 
 
-def test_the_engine_agrees_with_the_matrices_of_symmetric_vehicles() -> None:
-    pytest.importorskip("mujoco")
-    random = np.random.default_rng(5)
-    made = {"thrust_coefficient": 8e-6, "inertia": (0.02, 0.03, 0.04)}
-    for _ in range(6):
-        vehicle = symmetric_vehicle(random).replace(**made)
-        alpha, thrust = random.uniform(-1.2, 1.2, 4), random.uniform(2.0, 6.0, 4)
-        roll, pitch = random.uniform(-0.4, 0.4, 2)
-        engine = Engine(vehicle)
-        engine.place(alpha, roll=roll, pitch=pitch)
-        engine.data.ctrl[:4] = thrust
-        engine.mujoco.mj_forward(engine.model, engine.data)
-        force, moment = rotor_directions(alpha, vehicle)
-        inputs = thrust_signs(vehicle) * thrust
-        # What the rotors do to the free body, in the world and about its axes.
-        applied = engine.data.qfrc_actuator[:6]
-        turned = engine.data.xmat[1].reshape(3, 3)
-        np.testing.assert_allclose(applied[:3], turned @ force @ inputs, atol=1e-9)
-        torque = vehicle.require("arm_length", purpose="this")[0] * moment @ inputs
-        np.testing.assert_allclose(applied[3:], torque, atol=1e-9)
-
-
 # -- Refused
 
 
@@ -232,24 +207,6 @@ def test_a_certificate_belongs_to_the_axes_and_spins_of_its_vehicle(
     leaning = vehicle.replace(tilt_axes=np.add(vehicle.axes[0], [0, 0, 0.1]))
     note = note_on_certificate(path, table, leaning)
     assert "is of another vehicle: moments of rotors differ" in note
-
-
-def test_commands_judge_its_tables_and_refuse_the_rest_in_one_line(
-    run: Any, tmp_path: Path
-) -> None:
-    """It is refused where planes are needed, and without a warning about the file's motion."""
-    timed = gg.Gait(alpha=ROWS, vehicle=ODD).parametrize(2.0)
-    timed.write(tmp_path / "rows.csv")
-    refused = run("retarget", "rows.csv")
-    assert (refused.code, refused.out) == (2, "")
-    (line,) = refused.err.splitlines()
-    assert "rotors 1 and 3" in line
-    paced = run("pace", "rows.csv", "--max-rate", 2, "--max-acceleration", 9, "--json")
-    assert (paced.code, paced.json["flyable"]) == (0, True)
-    judged = run("validate", "rows.csv")
-    assert (judged.code, judged.err) == (0, "")
-    refused = run("validate", "rows.csv", "--require", "valid")
-    assert "--require must be flyable" in refused.err
 
 
 @pytest.mark.parametrize("turned", [False, True])

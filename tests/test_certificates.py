@@ -296,15 +296,6 @@ def test_the_certificate_beside_a_table_belongs_to_its_rows_and_vehicle(
     assert "does not belong to these rows" in shown(run("validate", "q.csv"))
 
 
-def test_another_vehicle_is_told_by_the_moments_of_its_rotors(
-    planned: Path, run: Any
-) -> None:
-    other = f"drag_ratio = {gg.PAPER.drag_ratio + 0.01!r}\n"
-    (planned / "other.toml").write_text(other)
-    answer = shown(run("validate", "q.csv", "--vehicle", "other.toml"))
-    assert "moments of rotors differ by up to 0.01 arm lengths" in answer
-
-
 def test_stamps_of_a_bag_are_whole_nanoseconds(planned: Path) -> None:
     """Between them the angles of a row go farther than certificate and curve are apart, but not a microradian."""
     pytest.importorskip("rosbags", reason="install gaitgraph[ros]")

@@ -127,17 +127,6 @@ def test_a_gait_that_stands_still_says_so_first(
     assert first[1:] in line(f"{command} --json").json["warnings"][0]
 
 
-def test_a_gait_of_printed_digits_obeys_the_rules_and_does_not_fly(line: Any) -> None:
-    options = "--coefficients printed --color blue --require valid --output blue.csv"
-    line(f"plan good.toml {options}")
-    judged = line("validate blue.csv")
-    assert judged.code == 1
-    assert "along the whole gait (printed coefficients, angles exact)" in judged.out
-    lenient = line("validate blue.csv --require valid")
-    assert lenient.code == 0
-    assert lenient.out.startswith("Flyable: no. Obeys the paper's rules: yes.")
-
-
 def test_roots(line: Any) -> None:
     answer = line("roots 0.3 -3pi/8 --json").json
     assert answer["alpha2"] == -3 * math.pi / 8

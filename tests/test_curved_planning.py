@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import warnings
 from itertools import islice
@@ -254,31 +253,6 @@ def test_a_certificate_proves_rates_along_the_sheet(run: Any, tmp_path: Path) ->
     assert run("verify", "proof.json", "odd.csv").code == 0
 
 
-def test_attitudes_are_acceptable_on_the_sheet_and_not_on_the_plane() -> None:
-    on_sheet, on_plane = (
-        gg.robustness_of(gait, curves=0).as_mapping()["acceptable_fraction"]
-        for gait in (
-            gg.lift(SQUARE, "red", vehicle=ODD),
-            gg.Gait(alpha=PLANE, vehicle=ODD),
-        )
-    )
-    assert on_sheet == pytest.approx(1.0, abs=1e-3)
-    assert on_plane < 0.98
-
-
-def test_the_command_plans_on_a_curved_sheet(run: Any, tmp_path: Path) -> None:
-    constants = ODD.as_mapping()
-    lines = [f"{name} = {json.dumps(constants[name])}" for name in STATED]
-    (tmp_path / "own.toml").write_text("\n".join(lines), encoding="utf-8")
-    places = [f"--waypoint={first},{second}" for first, second in SQUARE]
-    options = ("--vehicle", "own.toml", "--json", "--output", "own.csv")
-    answer = run("plan", *options, *places).json
-    assert (answer["types"], answer["flyable"]) == ([], True)
-    assert run("region", "--vehicle", "own.toml").code == 0
-    assert run("pace", "own.csv", "--max-rate", 2, "--max-acceleration", 9).code == 0
-    assert run("transition", "hover", "own.csv").code == 0
-
-
 def test_a_table_of_few_rows_says_how_far_its_chords_leave_the_sheet(
     tmp_path: Path,
 ) -> None:
@@ -288,9 +262,6 @@ def test_a_table_of_few_rows_says_how_far_its_chords_leave_the_sheet(
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         plan.timed().write(tmp_path / "odd.csv")
-
-
-STATED = ("drag_to_thrust", "rotor_positions")
 
 
 @KINDS

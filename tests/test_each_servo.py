@@ -277,20 +277,6 @@ def test_tilts_beyond_a_linkage_are_refused_or_clipped() -> None:
 # -- Flight
 
 
-def test_servos_of_a_flight_lag_by_their_own_time() -> None:
-    timed = gg.lift(CORNERS, "red", vehicle=MINE).parametrize(1.0)
-    settled, step = servo_response(timed), 1e-4
-    np.testing.assert_array_equal(settled.lag, OWN["servo_lag"])
-    t = np.arange(30_000) * step
-    command = timed.at(t).alpha
-    actual = arm_response(command, MINE, step, lag=MINE.servo_lag or 0.0)
-    last = slice(20_000, None)
-    errors = [np.interp(t[last] % 1.0, settled.t, error) for error in settled.error.T]
-    off = (command - actual)[last] - np.column_stack(errors)
-    assert np.abs(off).max() < 1e-5
-    assert np.ptp(settled.peak) > 0.02
-
-
 def test_a_servo_behind_a_linkage_lags_by_its_own_angle() -> None:
     """Its rate is that of the axis over the smallest slope."""
     timed = gg.lift(CORNERS, "red", vehicle=MINE).parametrize(1.0)

@@ -21,11 +21,8 @@ from gaitgraph.flight.simulation import (
     sensor_noise,
 )
 from gaitgraph.invertibility.matrices import least_singular_value
-from gaitgraph.timing.joining import Course
-from gaitgraph.timing.limits import Limits
-from gaitgraph.timing.time_optimal import least_period
 from gaitgraph.vehicle import PAPER
-from tests.samples import ASCENDING, BEETLE, HOVER, RED, cases, flown_by, gait_of_paper
+from tests.samples import HOVER, RED, cases, flown_by, gait_of_paper
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -339,23 +336,6 @@ def test_physics_alone_refuses() -> None:
 # Courses
 
 
-@pytest.mark.parametrize("kind", ["rounded", "hover", "off the surfaces"])
-def test_gaits_of_every_kind_are_entered_and_left(kind: str) -> None:
-    """All of it is flown where no duration is stated."""
-    limits = Limits(rate=5, acceleration=60)
-    timed: Any = gait_of_paper(4).biased(0.8).parametrize(1.0)
-    if kind == "hover":
-        timed = HOVER
-    if kind == "rounded":
-        timed = least_period(gait_of_paper(4), limits, rounding=0.1).timed
-    course = from_hover(timed, periods=1)
-    flight = fly(course, settings=FlightSettings(control_rate=500.0))
-    assert isinstance(course, Course)
-    assert flight.settled, flight.reason
-    assert flight.attitude == (0.0, 0.0)
-    assert flight.flown == pytest.approx(course.duration, abs=2e-3)
-
-
 @pytest.mark.parametrize("hovers", [True, False])
 def test_errors_and_servos_are_those_while_the_gait_runs(hovers: bool) -> None:
     """The level start from hover is over before the gait runs; without it the start counts."""
@@ -390,13 +370,3 @@ def test_settings_come_back_from_their_mapping() -> None:
     assert read.wind == (3.0, -1.0, 0.0)
     assert read.servo_errors == (math.radians(-12), 0.0, math.radians(1), 0.1)
     assert read.attitude_noise == math.radians(1)
-
-
-def test_a_rotor_that_lags_flies_as_well_as_one_that_does_not() -> None:
-    """The controller inverts the lag."""
-    lagging = BEETLE.replace(rotor_lag=0.02)
-    settings = short(duration=1.0, saturation=False)
-    ideal = fly(flown_by(ASCENDING, BEETLE), settings=settings)
-    flight = fly(flown_by(ASCENDING, lagging), settings=settings)
-    for name in ("roll", "pitch", "yaw", "z"):
-        assert flight.column(name) == pytest.approx(ideal.column(name), abs=2e-3)

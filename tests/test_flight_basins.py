@@ -165,11 +165,3 @@ def test_the_command_reports_each_basin(run: Any, tmp_path: Path) -> None:
     assert "Basin of the gait itself: 2 by 2 attitudes" in done.out
     assert "warning: max(|Rφ|, |Rθ|) = 0.71 at corner" in done.out
     assert len((tmp_path / "basin.csv").read_text().splitlines()) == 1 + 8
-
-
-def test_the_answer_of_the_command_holds_each_flight(run: Any) -> None:
-    answer = run("basin", "gait4", "--resolution", 2, "--json").json
-    (basin,) = answer["basins"]
-    assert (basin["eta"], basin["period"], basin["warnings"]) == (1.0, 1.0, [])
-    assert sum(basin[case] for case in CASES) == 4
-    assert len(basin["flights"]["outcome"]) == 4

@@ -30,14 +30,12 @@ from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import FORMATS, read_table, write_tables
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import read_request
-from gaitgraph.timing.laws import LAWS
-from gaitgraph.timing.timed_gait import table_of, timed_gait_of
+from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import check_mutations, refusal
 from tests.published import GAITS
 from tests.samples import cases, rows_of, table_from
 
 if TYPE_CHECKING:
-    from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
 
 TEXT, BINARY = [".csv", ".json"], [".npz", ".mat", ".parquet"]
@@ -97,30 +95,6 @@ def test_any_finite_values_survive(suffix: str) -> None:
         assert read_table(f"any{suffix}").about == about
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("suffix", [*TABLES, ".mcap"])
-def test_a_file_is_as_good_as_the_plan(suffix: str, law: LawName) -> None:
-    """With seven intervals no row is at the second or the third corner."""
-    if law != "smooth" and suffix != ".csv":
-        return
-    timed = PLAN.gait.parametrize(3.0, law=law, samples=7)
-    judged = gg.validate(timed)
-    names = [f"gait{suffix}", f"again{suffix}"]
-    timed.write(names[0])
-    export(names[0], [names[1]])
-    if suffix in TABLES:
-        names.append(f"servos{suffix}")
-        export(names[0], [names[2]], servos="x_frame")
-    finer = timed.gait.parametrize(3.0, law=law, samples=12)
-    for name in names:
-        read = timed_gait_of(name)
-        assert (read.law, read.period, read.samples) == (law, 3.0, 7)
-        assert read.gait.alpha.tolist() == timed.gait.alpha.tolist()
-        assert gg.validate(name).checks[1:] == judged.checks[1:]
-        written = export(name, [], samples=12).table
-        assert written.alpha.tolist() == finer.alpha.tolist()
-
-
 def test_a_paced_file_states_the_corners() -> None:
     """No row is at a corner, but all lie between the corners."""
     limits = gg.Limits(acceleration=40.0)
@@ -139,22 +113,6 @@ def test_a_paced_file_states_the_corners() -> None:
     about = table_of(rounded).about
     assert (about["corners"], about["rounding"]) == (PLAN.gait.alpha.tolist(), 0.05)
     assert len(gg.gait_of(table_of(rounded)).alpha) > 4  # the rows, not the corners
-
-
-def test_rows_that_were_edited_win_over_stated_corners() -> None:
-    table = table_of(PLAN.timed(samples=7))
-    nudge = np.where(np.arange(8) == 3, 2e-6, 0.0)
-    moved = {"alpha1": table["alpha1"] + nudge}
-    recolored = {"color": (*["red"] * 7, "blue")}
-    for columns in (moved, recolored):
-        edited = replace(table, columns=table.columns | columns)
-        write_tables(edited, ["gait.csv"], force=True)
-        with pytest.warns(FileWarning, match="^gait file 'gait.csv': .* not used"):
-            assert len(gg.gait_of("gait.csv").alpha) > 3
-        with pytest.warns(FileWarning):
-            assert "is not used" in gg.validate("gait.csv").warnings[-1]
-    with pytest.warns(FileWarning, match="the stated motion cannot be made"):
-        gg.gait_of(replace(table, about=table.about | {"corners": [[1]]}))
 
 
 @pytest.mark.parametrize("suffix", TABLES)

@@ -90,15 +90,6 @@ def test_reversing_and_restarting_keep_the_edges_and_the_colors(
         np.testing.assert_array_equal(other.alpha, again)
 
 
-def test_a_bias_scales_the_last_two_angles_and_leaves_the_surface() -> None:
-    red = lift(GAITS[3].angles, "red")
-    biased = red.biased(0.8)
-    np.testing.assert_allclose(biased.alpha, red.alpha * [1, 1, 0.8, 0.8])
-    assert biased.colors == biased.types == ()
-    assert not biased.check()["on_surface"].ok
-    assert red.biased(1.0).colors == red.colors
-
-
 @settings(deadline=None, max_examples=30)
 @given(points=loops, parts=st.integers(1, 5))
 def test_points_on_straight_runs_are_merged(

@@ -278,16 +278,6 @@ def test_on_red_roll_and_pitch_change_nothing_to_first_order(vehicle: Vehicle) -
     assert (v[:, :2] == 0).all()
 
 
-def test_the_height_of_the_rotors_changes_no_hover_thrust_on_red() -> None:
-    red = on_red(*np.random.default_rng(1).uniform(-1.5, 1.5, (2, 200)))
-    flat = RAISED.replace(rotor_height=0.0)
-    tame = np.abs(level_determinant(red, coefficients_of(flat, "exact"))) > 0.1
-    raised, level = (
-        matrices.hover_thrust_shares(red[tame], one) for one in (RAISED, flat)
-    )
-    np.testing.assert_allclose(raised, level, rtol=1e-9)
-
-
 @pytest.mark.parametrize("height", [0.0, 0.3, -2.0])
 @pytest.mark.parametrize("kappa", KAPPAS)
 def test_closed_forms_of_the_theory(kappa: float, height: float) -> None:

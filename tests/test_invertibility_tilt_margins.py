@@ -36,7 +36,6 @@ from tests.samples import (
     EVERY_KIND,
     EXACT,
     HALF_PI,
-    PUBLISHED,
     along,
     by_kind,
     by_vehicle,
@@ -108,19 +107,6 @@ def test_ninety_degrees_on_red_and_none_on_blue() -> None:
         assert np.isnan(tilt_margin(blue, exact)).all()
         for alpha in (red, blue):
             assert np.isnan(nearest_singular_attitude(alpha, exact)).all()
-
-
-def test_printed_digits_of_blue_give_no_margin() -> None:
-    """Rounded angles give margins of up to 90° that are only noise; with the stated rounding there is none."""
-    for gait in GAITS[:2]:
-        printed = np.column_stack([np.round(gait.angles, 3), gait.printed])
-        biased = printed * [1, 1, 0.8, 0.8]
-        assert np.isfinite(tilt_margin(printed, EXACT)).all()
-        assert np.isnan(tilt_margin(printed, EXACT, angle_rounding=ROUNDING)).all()
-        assert np.isfinite(tilt_margin(biased, EXACT, angle_rounding=ROUNDING)).all()
-        assert np.isnan(tilt_margin(lift(gait.angles, "blue").alpha, PUBLISHED)).all()
-    red = lift(GAITS[2].angles, "red").alpha
-    assert np.isfinite(tilt_margin(red, EXACT, angle_rounding=ROUNDING)).all()
 
 
 def test_rounding_hides_v_on_blue_and_not_far_beyond() -> None:

@@ -14,7 +14,6 @@ from gaitgraph.flight.basins import basins_of
 from gaitgraph.flight.course import from_hover
 from gaitgraph.gait.table import RATES
 from gaitgraph.io.exporting import export
-from gaitgraph.io.formats import FORMATS
 from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 from tests.samples import table_from
 
@@ -34,12 +33,6 @@ def entry(tmp_path: Path) -> Path:
     path = tmp_path / "entry.csv"
     ENTRY.write(path)
     return path
-
-
-def skip_without(suffix: str) -> None:
-    library = FORMATS[suffix].library
-    if library:
-        pytest.importorskip(library, reason=f"install the library of {suffix}")
 
 
 # Paths
@@ -124,12 +117,6 @@ def test_a_flight_of_a_path_holds_its_end(entry: Path) -> None:
     flight = gg.fly(entry, attitude=(0.0, 0.0), settings=settings)
     assert flight.settled
     np.testing.assert_allclose(flight.course.at(np.array([1.0, 2.4])).alpha, [END, END])
-
-
-def test_a_bag_of_several_periods_is_of_a_gait(entry: Path) -> None:
-    skip_without(".mcap")
-    with pytest.raises(gg.InputError, match="periods must be 1"):
-        export(entry, entry.with_name("e.mcap"), periods=2)
 
 
 @pytest.mark.parametrize("wrong", [0, "false", None])
@@ -234,11 +221,3 @@ def test_a_timing_that_breaks_limits_is_not_written_unless_anyway(
     (broken,) = [check for check in forced["rate_checks"] if not check["ok"]][:1]
     assert (broken["name"], broken["limit"]) == ("tilt_rate", 6.0)
     assert run("validate", "e.csv").code == 1
-
-
-def test_another_sampling_keeps_rows_that_follow_no_law() -> None:
-    t = np.array([0.0, 0.3, 0.4, 0.9, 1.0])
-    rows = np.vstack([GAIT.alpha, GAIT.alpha[:1]])
-    table = export(table_from(rows, t=t), [], samples=20).table
-    expected = np.column_stack([np.interp(table["t"], t, one) for one in rows.T])
-    np.testing.assert_allclose(table.alpha, expected, atol=1e-12)

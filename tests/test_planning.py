@@ -316,18 +316,6 @@ def test_the_first_refusal_has_the_least_moves_and_they_lead_to_a_gait(
     assert many is first.message.endswith("and 2 more")
 
 
-def test_the_nearest_points_of_eight_waypoints_are_told() -> None:
-    for outside, told, rest in ((1, 0, ""), (8, 8, ""), (10, 8, "and 2 more")):
-        points = [(1.2, -0.1 - 0.001 * k) for k in range(outside)]
-        (refusal,) = gg.plan_loop(points, **RED_BELOW).refusals
-        region = gg.surface.admissible_region(sign="negative")
-        assert region.contains(refusal.moved).all()
-        assert refusal.nearest == refusal.moved[0]
-        assert refusal.message.count("for waypoint") == told
-        assert refusal.message.endswith(rest)
-        assert gg.plan_loop(refusal.moved, **RED_BELOW)
-
-
 @pytest.mark.parametrize(
     ("options", "why"),
     [

@@ -321,26 +321,6 @@ def test_it_is_never_worse_than_the_grid(points: Any, options: dict[str, Any]) -
         assert loop_of(plan).length <= grid.loop.length + 1e-8
 
 
-@pytest.mark.parametrize(
-    ("point", "options"),
-    [
-        ((0.8, -0.4), {"keep_out": [WALL]}),
-        ((0.5, -1.0), {"keep_in": [WALL]}),
-        ((-0.3, -0.9), {"vehicle": MIRRORED, "keep_out": [WALL]}),
-    ],
-)
-def test_the_nearest_place_where_a_loop_may_be_is_told(
-    point: Any, options: dict[str, Any]
-) -> None:
-    asked: Any = {"color": "red", "sign": "negative", "accuracy": 1e-4, **options}
-    plan = exact([point], **asked)
-    nearest: Any = plan.refusals[0].nearest
-    assert exact([nearest], **asked)
-    region = planning_region(plan.request, "red", "negative", "flyable").inner
-    away = shapely.distance(region, shapely.Point(point))
-    assert math.dist(nearest, point) == pytest.approx(away, abs=1e-9)
-
-
 def test_a_deadline_ends_the_search_for_an_order_and_says_so() -> None:
     rng = np.random.default_rng(3)
     waypoints = rng.uniform((-1.3, 0.25), (-0.25, 1.3), (40, 2)).tolist()

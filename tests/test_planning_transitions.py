@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
 from math import pi
@@ -150,36 +149,6 @@ def test_blue_to_blue_is_valid_and_not_flyable() -> None:
 
 
 # -- Refusals
-
-# A point of each of the seven components of the red sheet (section 10 of theory.md).
-SEVEN: list[tuple[float, float]] = [
-    (0.0, 0.0),
-    (1.0, -1.0),
-    (-1.5, 0.0),
-    (0.0, 1.5),
-    (-1.5, -1.55),
-    (1.55, 1.5),
-    (-1.5, 1.5),
-]
-
-
-def test_paths_join_two_points_of_a_component_and_no_others() -> None:
-    walls = ("line α1 = ", "line α2 = ", "curve tan α1")
-    for start, end in itertools.combinations_with_replacement(SEVEN, 2):
-        first = gg.lift([start], "red", coefficients=EXACT)
-        last = gg.lift([end], "red", coefficients=EXACT)
-        path = gg.transition(first, last)
-        assert bool(path) is (start == end)
-        if path:
-            assert path.gait.coefficients == EXACT
-        elif path.proof is None:  # off the surface there are ways (section 12)
-            differs = red_label(*start) != red_label(*end)
-            assert [wall in str(path.reason) for wall in walls] == differs.tolist()
-        else:
-            ends = path.proof["R_start"], path.proof["R_end"]
-            assert ends == (first.R[0], last.R[0])
-            assert ends[0] * ends[1] < 0
-
 
 BLUE = gg.lift(G2.alpha[:, :2], "blue", coefficients=EXACT)
 MEETING = "the sheets meet in four points only"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,12 +15,8 @@ from gaitgraph.gait.given import given_gait
 from gaitgraph.optimization import retargeting
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.timing.timed_gait import table_of
-from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
-from tests.samples import table_from, write_rows
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from tests.samples import table_from
 
 # Its answers have a table here, which types cannot know.
 retarget: Any = retargeting.retarget
@@ -190,11 +186,3 @@ def test_why_there_is_none(options: dict[str, Any], told: str) -> None:
     for name in ("gait", "total", "largest"):
         with pytest.raises(Infeasible):
             getattr(none, name)
-
-
-def test_what_the_command_writes_is_read_again(run: Any, tmp_path: Path) -> None:
-    write_rows(tmp_path / "animal.csv", wave(6, count=12))
-    answer = run("retarget", "animal.csv", "--json", "--output", "gait.json").json
-    assert (answer["status"], answer["rows"]) == ("retargeted", 12)
-    assert answer["largest"] == answer["moved"][answer["largest_row"] - 1]
-    assert validate(tmp_path / "gait.json").flyable

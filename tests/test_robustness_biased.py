@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-import shapely
 
 import gaitgraph as gg
-from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.error_margins import servo_margin
@@ -26,7 +24,6 @@ from gaitgraph.invertibility.tilt_margins import (
     tilt_margin,
 )
 from gaitgraph.robustness.biased import Robustness, robustness_of
-from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 from tests.samples import EXACT, along, gait_of_paper, random_vehicle, table_from
 
@@ -77,20 +74,6 @@ def test_the_more_a_red_gait_is_biased_the_less_robust_it_is(
     assert names == ["biased by 1", "biased by 0.9", "biased by 0.8", "scaled by 0.5"]
     kinds = [[curve.kind for _, curve in one.curves] for one in (plain, biased)]
     assert kinds == [["none"] * 3, ["curve"] * 3]
-
-
-def test_blue_gaits_have_no_margin_and_gait_1_biased_passes_zero() -> None:
-    report = report_of(EXACT_2, bias=[0.99, 1.0], curves=2)
-    for none in (report.gait, report.sweep[1], quick(gait_of_paper(2), curves=2)):
-        assert (none.tilt_margin, none.direction) == (None, None)
-        assert (none.acceptable.fraction, none.singular_value) == (0.0, (0.0, 0.0))
-        assert "singular at every attitude" in none.margin.reason
-        assert none.verdict == "singular at every attitude"
-        assert {curve.kind for _, curve in none.curves} == {"everywhere"}
-    (biased,) = report_of(gait_of_paper(1, "exact"), bias=0.8).sweep
-    assert (biased.tilt_margin, biased.verdict) == (0.0, "singular in level flight")
-    assert biased.margin.reason == "R changes its sign"
-    assert abs(level_determinant(biased.where.alpha, EXACT)) < 1e-12
 
 
 def test_three_digits_of_a_blue_gait_make_no_margin(tmp_path: Path) -> None:
@@ -194,23 +177,6 @@ def test_nothing_is_acceptable_where_R_changes_its_sign_between_rows() -> None:
 # -- Forms of gaits
 
 
-def test_every_form_of_a_gait_has_one_answer(tmp_path: Path) -> None:
-    timed = G3.biased(0.9).parametrize(samples=40)
-    timed.write(tmp_path / "gait.csv", tmp_path / "gait.json")
-    expected = quick(G3.biased(0.9))
-    files = [tmp_path / "gait.csv", str(tmp_path / "gait.json")]
-    for form in (timed, table_of(timed), *files):
-        answer = quick(form)
-        assert answer.tilt_margin == pytest.approx(expected.tilt_margin, abs=1e-6)
-        fraction = expected.acceptable.fraction
-        assert answer.acceptable.fraction == pytest.approx(fraction, abs=2e-3)
-        value = expected.singular_value[1]
-        assert answer.singular_value[1] == pytest.approx(value, abs=5e-4)
-        assert answer.where.noun == "corner"
-    place = quick(table_from(timed.alpha, t=timed.t)).where
-    assert (place.noun, place.t) == ("row", 0.0)
-
-
 def test_a_point() -> None:
     point = [0.3, -0.3, 0.1, -0.2]
     answer = quick(table_from([point]), curves=5)
@@ -219,14 +185,6 @@ def test_a_point() -> None:
     again = quick(table_from([point] * 3))
     assert again.tilt_margin == answer.tilt_margin
     assert again.singular_value == pytest.approx(answer.singular_value)
-
-
-def test_a_gait_keeps_its_vehicle() -> None:
-    assert (
-        quick(table_from(G3.alpha), vehicle="beetle_omni").vehicle.name == "beetle_omni"
-    )
-    with pytest.raises(InputError, match="vehicle"):
-        robustness_of(G3, vehicle="beetle_omni")
 
 
 def test_curves_are_spread_over_the_gait() -> None:
@@ -256,20 +214,6 @@ def test_plain_values_are_json_that_any_reader_takes(gait: Gait, bias: Any) -> N
     assert [one["eta"] for one in data["sweep"]] == bias
     assert (data["tilt_margin_deg"] is None) == (gait is EXACT_2)
     assert (data["tilt_margin_reason"] is None) == (gait is G3)
-
-
-def test_curves_and_outlines_as_plain_values(report_of_3: RobustnessReport) -> None:
-    biased = report_of_3.sweep[2].as_mapping()
-    for curve in biased["singular_curves"]:
-        (branch,) = curve["branches"]
-        roll, pitch = np.transpose(branch)
-        across = curve["R_theta"] * np.sin(pitch)
-        across += curve["R_phi"] * np.sin(roll) * np.cos(pitch)
-        total = across + curve["R"] * np.cos(roll) * np.cos(pitch)
-        assert np.abs(total).max() < 1e-6 * abs(curve["R"])
-    outline = shapely.Polygon(biased["acceptable_outline"])
-    assert outline.is_valid
-    assert outline.area == pytest.approx(biased["acceptable_area"], abs=2e-2)
 
 
 def test_margins_of_servos_and_drags_are_told() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,14 +24,11 @@ import gaitgraph as gg
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.ros import STATE, STRING, TRAJECTORY, points_of
-from gaitgraph.io.servo_map import servo_map_from_mapping, servo_map_named
+from gaitgraph.io.servo_map import servo_map_from_mapping
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import refusal
 from tests.published import GAITS
 from tests.samples import cases, table_from
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 SECOND = 1_000_000_000
 STORE = get_typestore(Stores.LATEST)  # gaitgraph writes with that of an older one
@@ -187,18 +184,6 @@ def test_the_same_table_gives_the_same_bytes_under_any_name(
     assert {*folder.iterdir()} == {*paths, path}
 
 
-def test_a_bag_plans_again_and_a_goal_and_a_header_do_not(
-    run: Callable[..., Any],
-) -> None:
-    plan = gg.plan_loop([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], period=2.0)
-    plan.timed(samples=10).write("g.csv", "g.mcap", "g.yaml", "g.h")
-    assert run("plan", "g.mcap", "--output", "again.csv").code == 0
-    assert Path("again.csv").read_bytes() == Path("g.csv").read_bytes()
-    for name in ("g.yaml", "g.h"):
-        assert '"waypoints": [[0.4, -1.2]' in Path(name).read_text()
-        assert f"got '{name}'; this format is not read" in run("plan", name).err
-
-
 def test_the_yaml_is_a_goal_that_ros_takes(written: Path) -> None:
     """Keys and types are those of the messages, and the numbers are those of the bag."""
     goal = yaml.safe_load((written / "gait3.yaml").read_text())
@@ -290,15 +275,6 @@ def test_joints_are_known_by_their_names() -> None:
     rows: list[Any] = [(time, [9.0, *p[[2, 0, 3, 1]]], []) for time, p, _ in ROWS]
     path = bag_of([("/j", 1, trajectory(names, rows))])
     assert (read_table(path).alpha == TIMED.alpha).all()
-
-
-def test_joints_of_an_x_frame_have_another_order() -> None:
-    write_tables(TABLE, ["g.mcap"], servos=servo_map_named("x_frame"))
-    ((_, message),) = messages_of(Path("g.mcap"), "/joint_trajectory")
-    assert [*message.joint_names] == ["tilt1", "tilt2", "tilt3", "tilt4"]
-    positions = [point.positions.tolist() for point in message.points]
-    assert positions == TIMED.alpha[:, [3, 1, 0, 2]].tolist()
-    assert (read_table("g.mcap").alpha == TIMED.alpha).all()
 
 
 @pytest.mark.parametrize("stamped", [True, False])

@@ -18,26 +18,6 @@ RAISED = PAPER.replace(name="raised", rotor_height=0.15 * 0.1785)
 CORNERS = np.array([(3, -3), (3, -1), (1, -1), (1, -3)]) * math.pi / 8
 
 
-@pytest.mark.parametrize("height", [0.15, -0.15])
-def test_red_gaits_are_planned_and_fly_with_the_thrusts_of_no_height(
-    height: float,
-) -> None:
-    vehicle = PAPER.replace(rotor_height=height * 0.1785)
-    for corners, from_hover in ((CORNERS, False), (-CORNERS, True)):
-        gait = gg.plan_loop(corners, vehicle=vehicle).gait
-        flat = gg.plan_loop(corners).gait
-        assert gait is not None
-        assert flat is not None
-        report = gait.check()
-        assert (report.flyable, report.reachable_from_hover) == (True, from_hover)
-        thrust = flat.check()["hover_thrust"].value
-        assert report["hover_thrust"].value == pytest.approx(thrust, abs=2e-4)
-        margin = gg.robustness_of(gait, curves=0).gait.tilt_margin
-        assert margin == pytest.approx(math.pi / 2, abs=1e-6)
-    pytest.importorskip("mujoco")
-    assert gg.fly(gait.parametrize(1.0)).settled
-
-
 @pytest.mark.parametrize(("height", "flies"), [(0.01, False), (0.1, True)])
 def test_blue_is_judged_by_physics(height: float, flies: bool) -> None:
     """Level flight is invertible but the gait is not robust; with rotors high enough it flies."""
@@ -79,18 +59,6 @@ def test_rotors_follow_with_their_lag() -> None:
     reached = prompt.thrusts + 0.02 * np.gradient(prompt.thrusts, 1e-3, axis=0)
     assert np.abs(lagging.thrusts - reached)[5:].max() < 0.02
     assert np.abs(lagging.thrusts - prompt.thrusts).max() > 0.05
-
-
-@pytest.mark.parametrize("name", ["beetle_omni", "beetle_art"])
-def test_presets_whose_rotors_lag_settle_at_2_s(name: str) -> None:
-    pytest.importorskip("mujoco")
-    vehicle = gg.vehicle_named(name)
-    assert vehicle.rotor_lag == 0.0942
-    corners = [(-0.3, 0.8), (-0.8, 0.8), (-0.8, 0.3)]
-    flight = gg.fly(gg.lift(corners, "red", vehicle=vehicle).parametrize(2.0))
-    assert flight.settled
-    assert flight.gait_errors is not None
-    assert flight.gait_errors["yaw"] < 2e-3
 
 
 def test_a_rotor_that_only_pushes_falls_no_faster_than_its_lag() -> None:

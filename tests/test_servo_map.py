@@ -94,13 +94,6 @@ def test_units_of_joints() -> None:
     assert degrees.value_of(0.1) == pytest.approx(math.degrees(0.5 - 0.1))
 
 
-def test_each_joint_has_the_linkage_of_its_rotor() -> None:
-    linkages = [[[-2.0, -2.0], [2.0, 2.0 - k / 8]] for k in range(4)]
-    vehicle = gg.PAPER.replace(linkage=linkages)
-    for joint in servo_map_named("x_frame").linked_to(vehicle).joints:
-        assert joint.linkage == vehicle.linkages[joint.rotor - 1]
-
-
 def test_the_papers_map_changes_no_bit() -> None:
     columns = mapped_columns(TABLE, servo_map_named("paper"))
     same = ["t", *ANGLES, *RATES, *ACCELERATIONS]

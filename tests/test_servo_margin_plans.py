@@ -135,19 +135,6 @@ def test_a_grid_plan_at_own_costs() -> None:
 
 
 @pytest.mark.parametrize(
-    "asked",
-    [
-        {"servo_margin": -0.1},
-        {"servo_margin": "x"},
-        {"servo_margin": 0.1, "require": "valid"},
-    ],
-)
-def test_a_margin_that_cannot_be_is_refused(asked: Any) -> None:
-    with pytest.raises(gg.InputError, match="^servo_margin "):
-        gg.plan_loop(GAIT_4, **asked)
-
-
-@pytest.mark.parametrize(
     ("weight", "words"),
     [
         ("lenght", "which no edge has"),

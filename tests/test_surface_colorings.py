@@ -104,20 +104,6 @@ def test_the_same_list_in_the_same_order_as_brute_force(
     assert bool(listing) == bool(whole)
 
 
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-def test_the_loops_of_the_papers_gaits(gait: Any) -> None:
-    listing = gg.colorings(gait.angles)
-    pairs = [(coloring.sign, set(coloring.colors)) for coloring in listing]
-    assert (gait.sign, {gait.color}) in pairs
-    assert len(pairs) == [1, 2, 2, 1][gait.number - 1]
-    for coloring in listing:
-        assert gg.validate(gg.lift(gait.angles, coloring.colors)).two_color
-    # In exact physics blue has R = 0, so red remains; two of four angles count.
-    rows = [[*pair, 9.0, 9.0] for pair in gait.angles]
-    exact = [set(one.colors) for one in gg.colorings(rows, coefficients=EXACT)]
-    assert exact == [colors for _, colors in pairs if colors == {"red"}]
-
-
 @pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("pattern", "free"),

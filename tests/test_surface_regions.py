@@ -379,15 +379,6 @@ def test_components_are_not_joined_across_a_saddle(step: float) -> None:
     assert region.joined(left, (-1.5, 1.2))
 
 
-def test_regions_of_a_sign_fill_the_square_with_a_rotor_height() -> None:
-    vehicle = PAPER.replace(rotor_height=0.05)
-    regions = [sign_region(sign, vehicle) for sign in SIGNS]
-    area = sum(region.area for region in regions)
-    assert area == pytest.approx(math.pi**2, abs=1e-4)
-    # The pole of the curve P = 0 as a function of α1 is no border.
-    assert [len(region.components) for region in regions] == [2, 2]
-
-
 # What may be flown
 
 
@@ -524,24 +515,6 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
 
 
 # Servo margins (docs/theory.md, 19)
-
-
-@pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
-@pytest.mark.parametrize(
-    ("margin", "drag_ratio"), [(0.12, 0.06), (0.4, 0.169), (0.78, 0.5)]
-)
-def test_without_a_floor_a_servo_margin_leaves_the_square_of_the_theory(
-    margin: float, drag_ratio: float, spin: str
-) -> None:
-    vehicle = Vehicle(drag_ratio=drag_ratio, first_rotor_spin=spin)
-    side = 1 if spin == "clockwise" else -1
-    delta = side * math.atan(drag_ratio)
-    low, high = sorted((delta - side * margin, delta - side * (HALF_PI - margin)))
-    expected = shapely.box(low, -high, high, -low)
-    region = servo_margin_region(margin, vehicle, sign="positive", floor=0.0)
-    largest = max(region.outer.geoms, key=lambda other: other.area)
-    for part in (region.components[0], largest):
-        assert shapely.hausdorff_distance(part, expected) < 1e-9
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -21,7 +21,6 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.coefficients import Coefficients, coefficients_of
 from gaitgraph.invertibility.matrices import (
     determinant,
-    hover_thrust_shares,
     level_determinant,
     pitch_sensitivity,
     roll_sensitivity,
@@ -258,28 +257,6 @@ def test_off_the_lines_there_are_no_fibres(case: str) -> None:
         assert residual(free, numbers) > abs(offset)
 
 
-@every_case
-def test_on_a_fibre_R_is_its_closed_form_and_a_pair_idles(case: str) -> None:
-    kappa = CASES[case][1]
-    vehicle, free = (
-        vehicle_with(kappa),
-        np.random.default_rng(12).uniform(-1.2, 1.2, (300, 2)),
-    )
-    exact = coefficients_of(vehicle, "exact")
-    for fiber, sign, idle in ((1, 1.0, [1, 3]), (2, -1.0, [0, 2])):
-        alpha = on_fiber(fiber, sign * exact.delta, free)
-        angles = free.sum(axis=1) + sign * 2 * exact.delta
-        R = sign * np.sin(angles) / (kappa * math.cos(exact.delta) ** 2)
-        np.testing.assert_allclose(
-            level_determinant(alpha, exact), R, atol=1e-11 / abs(kappa)
-        )
-        assert np.abs(zero_moment_direction(alpha, vehicle)[:, :2]).max() < 1e-12
-        clear = alpha[np.abs(R) > 1e-3]
-        shares = hover_thrust_shares(clear, vehicle)
-        assert np.abs(shares[:, idle]).max() < 1e-10
-        np.testing.assert_allclose((shares * np.cos(clear)).sum(axis=1), 1.0)
-
-
 @pytest.mark.parametrize(
     ("fiber", "rotors"), [(1, "rotors 2 and 4 idle"), (2, "rotors 1 and 3 idle")]
 )
@@ -318,16 +295,6 @@ def test_types_are_unknown_within_half_a_step(
     assert np.rint(AXIS[of_fourth == 0] / STEP).tolist() == fourth
     assert roots("pi/8", "-0.4", crossing_tolerance=2.0)[0].types == "(?,?)"
     assert roots(0.9, -0.4, crossing_tolerance=0.0)[0].types == "(+,+)"
-
-
-def test_the_signs_of_figure_16() -> None:
-    interior = root_arrays(AXIS[1:-1, None], AXIS[1:-1])
-    red, blue = interior.R[..., 0], interior.R[..., 1]
-    assert ((red < 0).sum(), (red > 0).sum()) == (97, 128)
-    assert ((blue < 0).sum(), (blue > 0).sum()) == (197, 28)
-    assert np.abs(blue).max() < 4.4e-4  # blue carries what rounding leaves
-    labels = interior.types[..., :2, :][interior.R[..., :2] < 0]
-    assert {text_from_types(*pair) for pair in labels.tolist()} == set(PLANE_TYPES)
 
 
 # Figure 15 (b): which types of (α3, α4) are joined, with the row and the column of (?,?) that the paper leaves out

@@ -26,7 +26,6 @@ from gaitgraph.gait.table import (
     Table,
     accelerations_of,
     provenance_text,
-    repeated,
 )
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.geometry import Geometry
@@ -163,11 +162,6 @@ def test_accelerations_are_slopes_of_rates_over_two_steps(
     np.testing.assert_allclose(accelerations_of(table)[:, 2], expected)
 
 
-def test_a_repeated_table_goes_on_at_its_end() -> None:
-    table = table_from([[0.1] * 4, [0.2] * 4, [0.1] * 4], t=[3, 4, 5])
-    assert repeated(table, 2)["t"].tolist() == [3, 4, 5, 6, 7]
-
-
 # What is refused
 
 NUMBER = "must be a finite number"
@@ -260,21 +254,6 @@ def test_files_that_cannot_be_read(tmp_path: Path, suffix: str) -> None:
         path.mkdir(exist_ok=True)
     with pytest.raises(gg.InputError, match="must have one of the suffixes .csv,"):
         read_table(tmp_path / "gait.xlsx")
-
-
-@pytest.mark.parametrize("suffix", [".csv", ".json"])
-def test_a_file_with_a_wrong_row_is_refused_in_one_line_without_warnings(
-    run: Any, suffix: str
-) -> None:
-    if suffix == ".csv":
-        text = f"{HEAD},note\n0.1,0.1,0.1,0.1,a\nx,x,x,x,a\n"
-    else:
-        text = json.dumps({name: [0.1, "x"] for name in ANGLES} | {"note": "a"})
-    Path(f"rows{suffix}").write_text(text)
-    done = run("validate", f"rows{suffix}")
-    (error,) = done.err.splitlines()
-    assert (done.code, done.out) == (2, "")
-    assert f"row 2: alpha1 {NUMBER}" in error
 
 
 # What a file states about its making

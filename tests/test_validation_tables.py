@@ -468,16 +468,3 @@ def test_colourings_are_of_loops_in_the_square_and_of_long_tables_a_number() -> 
     listing = validate(table_from(many)).listing
     assert listing is not None
     assert (listing.count, listing.first) == (2, ())
-
-
-@pytest.mark.parametrize("gait", GAITS)
-def test_the_four_gaits_as_printed_to_three_decimals(gait: PublishedGait) -> None:
-    printed = np.column_stack([np.round(gait.angles, 3), gait.printed])
-    report = validate(table_from(printed))
-    assert report.valid
-    expected = (gait.flyable, gait.reachable)
-    assert (report.flyable, report.reachable_from_hover) == expected
-    # The sign of R of Gaits 1 and 2 stays undecided.
-    assert report["R_sign"].decided is (gait.color == "red")
-    assert report.listing is not None
-    assert report.listing.count == [1, 2, 2, 1][gait.number - 1]

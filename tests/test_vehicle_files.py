@@ -349,25 +349,6 @@ def test_a_list_of_four_rotors_is_printed_as_a_vehicle_that_plans(run: Any) -> N
     assert ranges[0][1] > 3.14
 
 
-def test_four_arms_are_judged_alike() -> None:
-    for gait in (3, 4):
-        alpha = gg.gait_of(f"gait{gait}").alpha
-        mine = {
-            check.name: check
-            for check in validate_geometry(alpha, Geometry.of_vehicle(gg.PAPER)).checks
-        }
-        report = gg.validate(alpha)
-        for name in ("least_singular_value", "hover_thrust"):
-            assert mine[name].ok == report[name].ok
-            assert mine[name].value == pytest.approx(report[name].value, abs=3e-4)
-    crossing = validate_geometry(
-        [[0.0] * 4, [1.0, -1.0, 1.0, -1.0]], Geometry.of_vehicle(gg.PAPER)
-    )
-    assert not crossing.flyable
-    assert "row 1 and" in str(crossing)
-    assert (crossing.checks[0].value or 0.0) < 1e-3
-
-
 def test_an_error_of_our_own_code_is_not_called_an_error_of_the_engine(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
