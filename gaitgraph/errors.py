@@ -245,7 +245,9 @@ _MASKED = _Masked()
 def _plain(value: Any) -> Any:
     """Return numpy's scalars and arrays, also inside lists and tuples, as Python's own numbers and lists."""
     if hasattr(value, "dtype") and callable(getattr(value, "tolist", None)):
-        few = value if getattr(value, "size", 0) <= 100 else value.ravel()[:100]
+        few = value
+        if getattr(value, "size", 0) > 100 and hasattr(value, "ravel"):
+            few = value.ravel()[:100]
         # Long doubles have no number of Python's own.
         plain = (few.astype(float) if few.dtype.kind == "f" else few).tolist()
         is_masked = plain is None and hasattr(value, "mask")

@@ -620,6 +620,7 @@ def test_frames_of_pandas(planned: TimedGait) -> None:
     check_refused(frame.assign(alpha1=None), "row 1: alpha1 .* got no value")
     check_refused(dates, "t must .*datetime64")
     check_refused(frame.T, "column 'alpha1' is missing")
+    check_refused(pd.Series(np.zeros(101)), "must be a Gait, .* data frame")
     about = {"format": "gaitgraph gait table", "about": {"a": object()}}
     frame.attrs["gaitgraph"] = about
     check_refused(frame, "attrs must be as gaitgraph left them")
@@ -637,7 +638,8 @@ def test_frames_of_polars_and_pyarrow(planned: TimedGait) -> None:
     for given in (frame, frame.to_arrow()):
         assert_same(table_from_frame(given), expected)
     check_refused(frame.with_columns(pl.lit(None).alias("alpha2")), "row 1: alpha2")
-    check_refused(frame.lazy(), r"collect\(\) it")
+    check_refused(frame.lazy(), "must be a Gait, .* data frame")
+    check_refused(frame["alpha1"], "must be a Gait, .* data frame")
 
 
 def test_mappings_are_frames() -> None:

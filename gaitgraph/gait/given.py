@@ -52,7 +52,7 @@ class Answer(Protocol):
 
 
 class HasColumns(Protocol):
-    """What frames of all libraries have in common: names of columns, and columns by their names."""
+    """What is read of frames, whichever library they are of: names of columns, and columns by their names."""
 
     columns: Any
 
@@ -64,12 +64,9 @@ Frame = HasColumns | Mapping[str, Any]
 
 
 def is_frame(value: object) -> TypeGuard[Frame]:
-    """Return whether a value is a frame, or a mapping."""
-    # The class is asked: asking a lazy frame for its columns would compute them.
-    has_columns = hasattr(type(value), "columns") and hasattr(
-        type(value), "__getitem__"
-    )
-    return isinstance(value, Mapping) or (has_columns and not isinstance(value, Table))
+    """Return whether a value is a mapping, or a frame: that has columns and Arrow's interface, as no lazy frame does."""
+    is_arrow = hasattr(value, "__arrow_c_stream__") and hasattr(value, "columns")
+    return is_arrow or isinstance(value, Mapping)
 
 
 class Rows(NamedTuple):

@@ -503,16 +503,10 @@ def table_from_frame(frame: Frame) -> Table:
             "must be a frame of pandas or polars, or a mapping of columns",
             frame,
         )
-    if hasattr(type(frame), "collect"):
-        raise InputError(
-            f"frame must have its rows there, got a {type(frame).__name__}: collect() it first"
-        )
     columns = _columns_of(frame)
-    attributes = getattr(frame, "attrs", None)
-    if isinstance(attributes, dict) and attributes.get("gaitgraph") is not None:
-        about = _about_of_attributes(attributes["gaitgraph"])
-    else:  # a CSV file of ours that pandas or polars has read
-        about = taken_about(columns)
+    stated = getattr(frame, "attrs", {}).get("gaitgraph")
+    # What states nothing may be a CSV file of ours that pandas or polars has read.
+    about = taken_about(columns) if stated is None else _about_of_attributes(stated)
     raw = RawTable(columns=columns, about=about, angle_texts=True)
     return checked(table_of_columns(raw, source="frame"))
 
