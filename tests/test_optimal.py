@@ -23,7 +23,7 @@ from gaitgraph.optimization.least_effort import (
     SmoothLoop,
     control_points_along,
 )
-from gaitgraph.optimization.optimize import CLEARANCE, highest_level
+from gaitgraph.optimization.optimize import CLEARANCE, Quantity
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Discs, Zones, component_meeting
 from gaitgraph.validation.validating import validate
@@ -59,7 +59,8 @@ def test_highest_level_is_that_of_the_pass_between_obstacles() -> None:
     zones = Zones(keep_out=walls)
     region = admissible_region(PAPER, sign="positive", floor=0.05, zones=zones)
     discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
-    lower, upper = highest_level(region, "singular_value", discs, PAPER)
+    quantity = Quantity(objective="singular_value", vehicle=PAPER)
+    lower, upper = quantity.highest_level(region, discs)
     assert 0 < lower <= upper <= lower * (1 + 1e-3)
     axes = np.linspace(-1.57, 0.2, 301), np.linspace(0.0, 1.57, 301)
     a1, a2 = np.meshgrid(*axes, indexing="ij")

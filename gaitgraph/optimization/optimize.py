@@ -356,11 +356,12 @@ def optimal_gait(
     for side in signs:
         search = _Search(
             base=replace(base, sign=side),
+            quantity=Quantity(
+                objective=objective, vehicle=vehicle, sign=side, floor=floor
+            ),
             discs=discs,
             region=admissible_region(vehicle, sign=side, floor=floor, zones=zones),
-            vehicle=vehicle,
             coefficients=numbers,
-            floor=floor,
             pieces=pieces,
             until=until,
             progress=progress,
@@ -394,74 +395,81 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     return Discs(read_only(centers), read_only(least)), notes
 
 
-def level_region(
-    objective: Objective,
-    level: float,
-    vehicle: Vehicle,
-    accuracy: float = DEFAULT_ACCURACY,
-    *,
-    sign: Sign | None = None,
-    floor: float = DEFAULT_FLOOR,
-) -> Region:
-    """Return where the quantity of an objective is at least a level on the red sheet.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """The quantity of an objective on the red sheet; the sign of R and the floor count for the servo margin alone."""
 
-    The sign of R and the floor count for the servo margin alone.
-    """
-    if objective == "singular_value":
-        return singular_value_region(level, vehicle, accuracy=accuracy)
-    if objective == "servo_margin":
-        return servo_margin_region(
-            level, vehicle, sign=sign, floor=floor, accuracy=accuracy
-        )
-    most = vehicle.thrust_share
-    return thrust_region(
-        None if most is None else most - level, vehicle, least=level, accuracy=accuracy
-    )
+    objective: Objective
+    vehicle: Vehicle
+    sign: Sign | None = None
+    floor: float = DEFAULT_FLOOR
 
+    def region(self, level: float, accuracy: float = DEFAULT_ACCURACY) -> Region:
+        """Return where the quantity is at least a level."""
+        vehicle = self.vehicle
+        if self.objective == "singular_value":
+            return singular_value_region(level, vehicle, accuracy=accuracy)
+        if self.objective == "servo_margin":
+            return servo_margin_region(
+                level, vehicle, sign=self.sign, floor=self.floor, accuracy=accuracy
+            )
+        most = vehicle.thrust_share
+        if most is not None:
+            most -= level
+        return thrust_region(most, vehicle, least=level, accuracy=accuracy)
 
-def _highest(objective: Objective, vehicle: Vehicle) -> float:
-    """Return a value that the objective nowhere exceeds."""
-    if objective == "singular_value":
-        return largest_least_singular_value(vehicle)
-    if objective == "servo_margin":
-        return HALF_PI
-    if vehicle.thrust_share is None:
-        return 1e3
-    return vehicle.thrust_share / 2
+    def most(self) -> float:
+        """Return a value that the quantity nowhere exceeds."""
+        if self.objective == "singular_value":
+            return largest_least_singular_value(self.vehicle)
+        if self.objective == "servo_margin":
+            return HALF_PI
+        if self.vehicle.thrust_share is None:
+            return 1e3
+        return self.vehicle.thrust_share / 2
 
+    def highest_level(self, region: Region, discs: Discs) -> tuple[float, float]:
+        """Return a bracket of the highest level that a loop through discs can keep in a region, which joins them.
 
-def highest_level(
-    region: Region,
-    objective: Objective,
-    discs: Discs,
-    vehicle: Vehicle,
-    **of_margin: Any,
-) -> tuple[float, float]:
-    """Return a bracket of the highest level that a loop through discs can keep in a region, which joins them.
+        A loop that keeps the lower end can stay 3e-5 rad away from every border.
+        """
+        close = _CLOSE
+        if self.objective == "servo_margin":
+            close = _CLOSE_MARGIN  # what is proven of a gait is not closer
+        low = 0.0
+        high = self.most()
+        while high - low > 4 * close * max(high, 1e-3):
+            middle = (low + high) / 2
+            kept = self.region(middle, _FOLLOWED)
+            if component_meeting(region.outer & kept.outer, discs) is not None:
+                low = middle
+            else:
+                high = middle
+        # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
+        for given_up in (close * 2.0 ** np.arange(16)).tolist():
+            level = high * (1 - given_up)
+            kept = self.region(level, _FOLLOWED)
+            inner = offset(region.inner & kept.inner, -3 * CLEARANCE)
+            if component_meeting(inner, discs) is not None:
+                return level, high
+        return 0.0, high
 
-    A loop that keeps the lower end can stay 3e-5 rad away from every border. `of_margin` are the sign of R and the floor,
-    as in :func:`level_region`.
-    """
-    close = _CLOSE
-    if objective == "servo_margin":
-        close = _CLOSE_MARGIN  # what is proven of a gait is not closer
-    low = 0.0
-    high = _highest(objective, vehicle)
-    while high - low > 4 * close * max(high, 1e-3):
-        middle = (low + high) / 2
-        kept = level_region(objective, middle, vehicle, _FOLLOWED, **of_margin)
-        if component_meeting(region.outer & kept.outer, discs) is not None:
-            low = middle
-        else:
-            high = middle
-    # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
-    for given_up in (close * 2.0 ** np.arange(16)).tolist():
-        level = high * (1 - given_up)
-        kept = level_region(objective, level, vehicle, _FOLLOWED, **of_margin)
-        inner = offset(region.inner & kept.inner, -3 * CLEARANCE)
-        if component_meeting(inner, discs) is not None:
-            return level, high
-    return 0.0, high
+    def along(self, curve: Curve, report: Report) -> float:
+        """Return the least value that is proven for a whole curve, by its report but for the servo margin."""
+        if self.objective == "servo_margin":
+            # No point of the curve is farther than this from its polyline.
+            corners = curve.polyline(_CHORD).alpha
+            closed = np.concatenate([corners, corners[:1]])
+            margin = closest_servo_margin(closed, self.vehicle, floor=self.floor)
+            return max(margin.proven - _CHORD, 0.0)
+        values = {check.name: float(check.value or 0.0) for check in report.checks}
+        if self.objective == "singular_value":
+            return values["least_singular_value"]
+        most = self.vehicle.thrust_share
+        if most is None:
+            return values["hover_thrust"]
+        used = values["thrust_limit"] / float(self.vehicle.max_thrust or 1.0)
+        return min(values["hover_thrust"], most * (1 - used))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -507,11 +515,10 @@ class _Search:
     """The search for one sign of R: `base` is the answer without a gait."""
 
     base: OptimalGait
+    quantity: Quantity
     discs: Discs
     region: Region
-    vehicle: Vehicle
     coefficients: Coefficients
-    floor: float
     pieces: int
     until: float
     progress: Callable[[str], None] | None
@@ -522,13 +529,7 @@ class _Search:
         if within is None:
             return replace(self.base, reason=self._why_apart())
         # The best worst case of all loops is bracketed; then the loop stays where the lower end is kept.
-        lower, bound = highest_level(
-            self.region,
-            self.base.objective,
-            self.discs,
-            self.vehicle,
-            **self._of_margin,
-        )
+        lower, bound = self.quantity.highest_level(self.region, self.discs)
         # Discs that share a point are passed by standing still there.
         still = self._standing(self._keeping(lower))
         if still is not None:
@@ -548,22 +549,16 @@ class _Search:
         )
         return replace(self.base, reason=narrow)
 
-    @property
-    def _of_margin(self) -> dict[str, Any]:
-        """What the levels of the servo margin depend on, too."""
-        return {"sign": self.base.sign, "floor": self.floor}
-
     def _keeping(self, level: float) -> BaseGeometry:
         """Return the part of the region where the objective is at least a level."""
-        objective = self.base.objective
-        kept = level_region(objective, level, self.vehicle, **self._of_margin)
-        return self.region.inner & kept.inner
+        return self.region.inner & self.quantity.region(level).inner
 
     def _why_apart(self) -> str:
         """Return why no component of the region meets every disc: which disc misses it, or which two lie apart."""
-        region, discs, vehicle = self.region, self.discs, self.vehicle
+        region, discs = self.region, self.discs
+        vehicle = self.quantity.vehicle
         if not region.components:
-            return why_empty(region, self.floor, vehicle)
+            return why_empty(region, self.quantity.floor, vehicle)
         distance = shapely.distance(
             np.array(region.components)[:, None], shapely.points(discs.centers)
         )
@@ -669,12 +664,12 @@ class _Search:
         curve = Curve(
             breaks=np.linspace(0.0, period, len(loop.points) + 1),
             pieces=power_pieces(loop.points, width),
-            vehicle=self.vehicle,
+            vehicle=self.quantity.vehicle,
             coefficients=self.coefficients,
         )
         answer = replace(self.base, curve=curve)
-        report = curve.check(floor=self.floor).with_timing(answer.timed())
-        value = self._worst_case(report, curve)
+        report = curve.check(floor=self.quantity.floor).with_timing(answer.timed())
+        value = self.quantity.along(curve, report)
         plane = loop.passed()
         at_rest: dict[str, Any] = {"history": (0.0,), "stationarity": 0.0}
         return replace(
@@ -690,20 +685,3 @@ class _Search:
             times=loop.passes * width,
             **(at_rest | optimality),
         )
-
-    def _worst_case(self, report: Report, curve: Curve) -> float:
-        """Return the least value of the objective that is proven for the whole curve, by its report but for the margin."""
-        if self.base.objective == "servo_margin":
-            # No point of the curve is farther than this from its polyline.
-            corners = curve.polyline(_CHORD).alpha
-            closed = np.concatenate([corners, corners[:1]])
-            margin = closest_servo_margin(closed, self.vehicle, floor=self.floor)
-            return max(margin.proven - _CHORD, 0.0)
-        values = {check.name: float(check.value or 0.0) for check in report.checks}
-        if self.base.objective == "singular_value":
-            return values["least_singular_value"]
-        most = self.vehicle.thrust_share
-        if most is None:
-            return values["hover_thrust"]
-        used = values["thrust_limit"] / float(self.vehicle.max_thrust or 1.0)
-        return min(values["hover_thrust"], most * (1 - used))
