@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.matrices import BoolArray, IntArray
+    from gaitgraph.planning.request import Progress
     from gaitgraph.surface.region import Discs
 
     Constraint = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -205,7 +206,7 @@ class LeastEffort:
         self,
         loop: SmoothLoop,
         until: float = math.inf,
-        progress: Callable[[str], None] | None = None,
+        progress: Progress | None = None,
     ) -> tuple[SmoothLoop, list[float]]:
         """Return a loop of locally least effort, from an admissible one, and the efforts of all loops on the way.
 

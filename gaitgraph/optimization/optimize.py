@@ -66,7 +66,7 @@ from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
+    from gaitgraph.planning.request import Progress
     from gaitgraph.surface.region import Points, Region
     from gaitgraph.surface.sheets import Sign
 
@@ -200,10 +201,6 @@ class OptimalGait(Pictured):
         del about["law"]
         return replace(table, about=about)
 
-    def to_pandas(self) -> Any:
-        """Return the table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
-        return self.table().to_pandas()
-
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
         answer = self._plain("status", "reason", "objective", "sign")
@@ -285,7 +282,7 @@ def optimal_gait(
     pieces: int | None = None,
     concession: float = 1e-3,
     deadline: float | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> OptimalGait:
     """Return a smooth closed gait on the red sheet that passes discs in order and is optimal in its worst case.
 
@@ -521,7 +518,7 @@ class _Search:
     coefficients: Coefficients
     pieces: int
     until: float
-    progress: Callable[[str], None] | None
+    progress: Progress | None
 
     def answer(self, concession: float) -> OptimalGait:
         """Return the best gait, or why there is none."""

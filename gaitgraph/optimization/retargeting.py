@@ -154,12 +154,6 @@ class Retargeted(Pictured):
             return 0
         return len(self.table) - len(self.rows)
 
-    def to_pandas(self) -> Any:
-        """Return the new table as a pandas frame; raises Infeasible, with the reason, if there is none."""
-        if self.table is None:
-            raise Infeasible(self.reason)
-        return self.table.to_pandas()
-
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
         names = ("rows", "unchanged", "added", "total", "rms", "largest", "largest_row")
@@ -310,15 +304,10 @@ def retarget(
     if not placements:
         reason = f"{100 * number_of(keep):.3g} % of the motion fits nowhere; lower keep"
         return replace(refused, reason=reason)
-    if before.flyable and not turned.any() and _is_inside(loop, region):
-        alpha, placed = given, np.arange(len(given))
-    else:
+    alpha, placed = given, np.arange(len(given))
+    if not before.flyable or turned.any() or not _is_inside(loop, region):
         nearest = min(placements, key=lambda placement: placement.total)
-        alpha, placed = _joined(nearest.plane, nearest.part)
-        if len(given) > len(loop):
-            # The closing row moves with the others, to the first.
-            placed = np.append(placed, len(alpha))
-            alpha = np.vstack([alpha, alpha[:1]])
+        alpha, placed = _joined(nearest, closes=len(given) > len(loop))
     gait = Gait(
         alpha=alpha,
         colors=("red",) * len(alpha),
@@ -461,8 +450,12 @@ def _smaller(
     return np.asarray(shape + shapely.get_coordinates(line)[0])
 
 
-def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
-    """Return red rows through points, others added where a segment leaves the component, and the points' numbers."""
+def _joined(placement: _Placement, *, closes: bool) -> tuple[FloatArray, IntArray]:
+    """Return red rows through points, and the points' numbers; `closes` is whether the first row follows the last.
+
+    Rows are added where a segment leaves the component.
+    """
+    part, plane, _ = placement
     ends = np.roll(plane, -1, axis=0)
     around = offset(part, _ROUND_OFF)
     shapely.prepare(around)
@@ -476,6 +469,8 @@ def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
             path: Any = paths.path(start, end)
             piece = np.vstack([start, path[1:-1]])
         pieces.append(piece)
+    if closes:
+        pieces.append(plane[:1])
     new = np.concatenate(pieces)
     lengths = np.array(list(map(len, pieces)))
     return np.hstack([new, new]), np.cumsum(lengths) - lengths

@@ -30,7 +30,6 @@ from gaitgraph.planning.loop import Loop
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.flight_regions import hover_quarter_of, singular_value_region
-from gaitgraph.surface.region import region_of
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.tolerances import SAME_ANGLE
 
@@ -45,7 +44,6 @@ if TYPE_CHECKING:
 _KEPT = 256  # entries of waypoints
 _TRIED = 100  # waypoints whose order is found in a tenth of a second
 _ROBUST_STEPS = 2**22  # of the range of least singular values: to 1e-6
-_COARSE = 1e-3  # accuracy of the regions that decide most of these steps [rad]
 
 
 def any_angle_loop(branch: Branch) -> Loop | Refusal:
@@ -54,9 +52,6 @@ def any_angle_loop(branch: Branch) -> Loop | Refusal:
     branch.search.progress(
         f"searching {branch.color} loops with {RELATION[branch.sign]}"
     )
-    rootless = branch.rootless()
-    if rootless is not None:
-        return rootless
     robust = request.objective == "robust" and branch.color == "red"
     if not _is_reordered(request):
         straight = straight_loop(branch)
@@ -279,11 +274,8 @@ class PreparedRegion:
 
     def joins(self, points: Sequence[Point]) -> bool:
         """Return whether paths join points, one or more."""
-        entries = [self.entry(point) for point in points]
-        first = entries[0]
-        return first is not None and all(
-            entry is not None and self.region.joined(first, entry) for entry in entries
-        )
+        entries = list(filter(None, map(self.entry, points)))
+        return len(entries) == len(points) and self.region.joined(*entries)
 
     def leg(self, start: Point, end: Point) -> Leg | None:
         """Return the shortest path from one point to another, or None."""
@@ -329,7 +321,6 @@ def _region_around(branch: Branch) -> PreparedRegion:
 def prepared_region(
     branch: Branch,
     level: float = 0.0,
-    accuracy: float | None = None,
     quarter: Quarter | None = None,
 ) -> PreparedRegion:
     """Return the region in which loops of a branch are planned, or where they also keep a least singular value."""
@@ -344,7 +335,7 @@ def prepared_region(
         coefficients=branch.search.coefficients,
         floor=request.floor if flyable else 0.0,
         zones=request.zones,
-        accuracy=accuracy or request.accuracy,
+        accuracy=request.accuracy,
         servo_margin=0.0 if branch.is_curved else branch.servo_margin,
         quarter=quarter,
     )
@@ -379,20 +370,7 @@ def _most_robust_region(branch: Branch) -> PreparedRegion:
             return region
 
     def is_cut(number: int) -> bool:
-        return not _level_joins(branch, low + number * step)
+        return not prepared_region(branch, low + number * step).joins(waypoints)
 
     joining = bisect_left(range(1, _ROBUST_STEPS), True, key=is_cut)
     return prepared_region(branch, low + joining * step)
-
-
-def _level_joins(branch: Branch, level: float) -> bool:
-    """Return whether the region with a level joins all waypoints; coarse polygons decide that far from the border."""
-    waypoints = branch.request.waypoints
-    accuracy = max(_COARSE, branch.request.accuracy)
-    coarse = prepared_region(branch, level, accuracy).region
-    around = region_of([coarse.outer] * 2, accuracy)
-    if all(coarse.joined(waypoints[0], point) for point in waypoints):
-        return True
-    if not all(around.joined(waypoints[0], point) for point in waypoints):
-        return False
-    return prepared_region(branch, level).joins(waypoints)

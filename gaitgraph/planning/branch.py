@@ -28,13 +28,13 @@ from gaitgraph.surface.sheets import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     import networkx as nx
 
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.matrices import BoolArray
-    from gaitgraph.planning.request import PlanRequest
+    from gaitgraph.planning.request import PlanRequest, Progress
     from gaitgraph.surface.region import Requirement
 
 _ZERO = 1e-9  # below it R is called zero in a message
@@ -70,7 +70,7 @@ class Search:
     def __init__(
         self,
         request: PlanRequest,
-        progress: Callable[[str], None] | None = None,
+        progress: Progress | None = None,
         until: float | None = None,
     ) -> None:
         self.request = request

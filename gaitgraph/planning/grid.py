@@ -16,12 +16,12 @@ from gaitgraph.planning.loop import Loop
 from gaitgraph.surface.sheets import SIGNS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from gaitgraph.graph.cycle_list import Cycle
     from gaitgraph.graph.walks import EdgeRequirement
     from gaitgraph.planning.branch import Branch, Refusal
-    from gaitgraph.planning.request import PlanRequest
+    from gaitgraph.planning.request import PlanRequest, Progress
 
 
 def grid_loop(branch: Branch) -> Loop | Refusal:
@@ -29,16 +29,12 @@ def grid_loop(branch: Branch) -> Loop | Refusal:
     import networkx as nx
 
     request = branch.request
-    rootless = branch.rootless()
-    if rootless is not None:
-        return rootless
     graph = branch.search.graph(branch.sign)
     branch.search.progress(f"searching {branch.color} loops")
-    colors = nx.get_node_attributes(graph, "color")
-    stops = []
-    for nodes in nodes_above(graph, request.waypoints):
-        of_color = [node for node in nodes if colors[node] == branch.color]
-        stops.append(of_color)
+    stops = [
+        [node for node in nodes if graph.nodes[node]["color"] == branch.color]
+        for nodes in nodes_above(graph, request.waypoints)
+    ]
     if branch.servo_margin:
         graph = graph.copy()
         margins: Any = nx.get_edge_attributes(graph, "servo_margin")
@@ -93,7 +89,7 @@ def grid_cycles(
     *,
     max_length: float | None = None,
     require: EdgeRequirement = "valid",
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> Iterator[Cycle]:
     """Return the simple closed cycles on the grid of a request, in order of length, as a lazy iterator.
 

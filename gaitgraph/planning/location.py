@@ -202,8 +202,7 @@ def _located_in(branch: Branch) -> RegionLocation:
         parts=tuple(None if index is None else index + 1 for index in indices),
         reasons=tuple(map(region.why_not, waypoints)),
         moved=region.nearest_joined(waypoints) if waypoints else (),
-        joined=not is_empty
-        and all(region.joined(waypoints[0], point) for point in waypoints),
+        joined=not is_empty and region.joined(*waypoints),
     )
 
 

@@ -33,13 +33,13 @@ from gaitgraph.surface.sheets import RELATION
 from gaitgraph.validation.report import verdict_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.graph.walks import Weight
     from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.planning.request import Method, Objective
+    from gaitgraph.planning.request import Method, Objective, Progress
     from gaitgraph.surface.region import Points, Requirement
     from gaitgraph.surface.sheets import ColorChoice, SignChoice
     from gaitgraph.timing.laws import LawName
@@ -232,7 +232,7 @@ def plan_loop(
     require: Requirement = PlanRequest.require,
     servo_margin: Angle = PlanRequest.servo_margin,
     weight: Weight | None = PlanRequest.weight,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
     deadline: float | None = None,
 ) -> Plan:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
@@ -329,7 +329,7 @@ def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
 def plan(
     request: PlanRequest,
     *,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
     deadline: float | None = None,
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
@@ -363,7 +363,7 @@ def _loops_of(search: Search, require: Requirement) -> tuple[list[Loop], list[Re
     refusals: list[Refusal] = []
     method = any_angle_loop if search.request.method == "exact" else grid_loop
     for branch in search.branches(require):
-        answer = method(branch)
+        answer = branch.rootless() or method(branch)
         if isinstance(answer, Refusal):
             refusals.append(answer)
         elif branch.servo_margin and not answer.bears_servo_errors:

@@ -11,6 +11,7 @@ say how the gait table is sampled.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from itertools import groupby
 from pathlib import Path
@@ -79,6 +80,8 @@ if TYPE_CHECKING:
     from gaitgraph.surface.loop_colorings import Colorings
 
 Point = tuple[float, float]
+Progress = Callable[[str], None]
+"""Is called with a line of text before each step of long work."""
 Objective = Literal["shortest", "robust"]
 Method = Literal["grid", "exact"]
 

@@ -25,7 +25,7 @@ from gaitgraph.angles import HALF_PI, checked_floor, number_of
 from gaitgraph.errors import Infeasible, InputError, wrong
 from gaitgraph.gait.gait import Gait, gait_through, lift, there_and_back
 from gaitgraph.gait.given import given_gait
-from gaitgraph.gait.table import RATE_CHECKS, RATE_UNITS, Table
+from gaitgraph.gait.table import RATE_UNITS, Table
 from gaitgraph.io.formats import write_tables
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import length_of, shortest_path
@@ -43,7 +43,6 @@ from gaitgraph.timing.joining import (
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.lifted_gait import is_lifted, path_of
 from gaitgraph.timing.timed_gait import (
-    ROW_BY_ROW,
     TimedPath,
     checked_clock,
     table_of,
@@ -185,10 +184,6 @@ class Transition(Pictured):
     ) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
         write_tables(self.table, paths, force=force, format=format)
-
-    def to_pandas(self) -> Any:
-        """Return the table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
-        return self.table.to_pandas()
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""
@@ -344,7 +339,7 @@ def transition(
         law=law,
         limits=limits,
     )
-    return _judged(answer, limited, floor, leaving, joining)
+    return _judged(answer, limited, floor)
 
 
 class _End(NamedTuple):
@@ -373,20 +368,16 @@ def _ends_of(
     coefficients: CoefficientsLike | None,
 ) -> list[_End]:
     """Return both ends of a path; hover is that of the vehicle of the other end."""
-    ends: list[_End | None] = []
+    ends = {}
     for name, handed in (("start", start), ("end", end)):
-        is_hover = isinstance(handed, str) and handed == HOVER
-        if is_hover:
-            ends.append(None)
-        else:
-            ends.append(_end_of(handed, name, vehicle, coefficients))
-    gaits = [known.gait for known in ends if known is not None]
-    if not gaits:
-        body = PAPER if vehicle is None else vehicle
-        standing = np.zeros((1, 4))
-        gaits = [Gait(alpha=standing, vehicle=body, coefficients=coefficients)]
+        if not (isinstance(handed, str) and handed == HOVER):
+            ends[name] = _end_of(handed, name, vehicle, coefficients)
+    body = PAPER if vehicle is None else vehicle
+    upright = np.zeros((1, 4))
+    gaits = [known.gait for known in ends.values()]
+    gaits.append(Gait(alpha=upright, vehicle=body, coefficients=coefficients))
     hover = _hover_like(gaits[0])
-    return [known or hover for known in ends]
+    return [ends.get(name, hover) for name in ("start", "end")]
 
 
 def _hover_like(gait: Gait) -> _End:
@@ -443,7 +434,7 @@ def _least_duration(limited: Gait, law: LawName) -> float:
     return min(math.ceil(seconds * 1000) / 1000, _LONGEST)
 
 
-def _judged(answer: Transition, limited: Gait, floor: float, *ends: _End) -> Transition:
+def _judged(answer: Transition, limited: Gait, floor: float) -> Transition:
     """Return a path with its report: of the path there and back, with a run-up or a run-down of the whole table."""
     if answer.run_down is None and answer.run_up is None:
         timed = limited.parametrize(2 * answer.duration, law=answer.law)
@@ -455,14 +446,7 @@ def _judged(answer: Transition, limited: Gait, floor: float, *ends: _End) -> Tra
             coefficients=limited.coefficients.kind,
             floor=floor,
         )
-    if report.flyable:
-        return replace(answer, judged=report)
-    reason = report.reason
-    broken = {check.name for check in report.checks if not check.ok}
-    laws = [end.motion.law for end in ends if end.motion is not None]
-    of_rows = ROW_BY_ROW in laws
-    if of_rows and broken and broken <= set(RATE_CHECKS):
-        reason = f"{reason}; the gait is known by its rows alone, and more of them may be enough"
+    reason = None if report.flyable else report.reason
     return replace(answer, reason=reason, judged=report)
 
 

@@ -153,14 +153,15 @@ class Region(Pictured):
         graph.add_edges_from(np.stack([first, second], axis=1)[touch].tolist())
         return graph
 
-    def joined(self, first: npt.ArrayLike, second: npt.ArrayLike) -> bool:
-        """Return whether a path inside `inner`, borders and common points included, joins two points [rad]."""
+    def joined(self, *points: npt.ArrayLike) -> bool:
+        """Return whether paths inside `inner`, borders and common points included, join some points [rad]."""
         import networkx as nx
 
-        start, end = self.component_of(first), self.component_of(second)
-        if start is None or end is None:
+        parts = {self.component_of(point) for point in points}
+        if None in parts:
             return False
-        return bool(nx.has_path(self._touching, start, end))
+        groups = nx.connected_components(self._touching)
+        return not parts or any(map(parts.issubset, groups))
 
     def nearest(self, point: npt.ArrayLike) -> tuple[float, float] | None:
         """Return the point of `inner` nearest to a point [rad], the point itself if it is inside; None if empty."""
