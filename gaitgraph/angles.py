@@ -70,10 +70,11 @@ def _angle_in_text(text: str) -> float:
         angle = float(plain)
         if (unit or "").lower() in ("deg", "°"):
             angle = math.radians(angle)
-    elif float(divisor or 1) == 0:
-        return math.nan
     else:
-        angle = float(factor or 1) * math.pi / float(divisor or 1)
+        parts = float(divisor or 1)
+        if parts == 0:
+            return math.nan
+        angle = float(factor or 1) * math.pi / parts
     return -angle if sign == "-" else angle
 
 
@@ -99,10 +100,7 @@ def angle_within(
     Traceback (most recent call last):
     gaitgraph.errors.InputError: alpha1 must be within ±π/2 rad, got '30'; for degrees write '30deg'
     """
-    if type(value) is float and abs(value) <= limit:
-        angle = value
-    else:
-        angle = angle_from_text(value, name)
+    angle = angle_from_text(value, name)
     if not (-limit if least is None else least) <= angle <= limit:
         most = text_from_angle(limit)
         if least is None:

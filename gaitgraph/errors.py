@@ -244,9 +244,11 @@ _MASKED = _Masked()
 
 def _plain(value: Any) -> Any:
     """Return numpy's scalars and arrays, also inside lists and tuples, as Python's own numbers and lists."""
-    if hasattr(value, "dtype") and callable(getattr(value, "tolist", None)):
+    # The size of a class of numbers is no number.
+    has_size = isinstance(getattr(value, "size", None), int)
+    if has_size and callable(getattr(value, "tolist", None)):
         few = value
-        if getattr(value, "size", 0) > 100 and hasattr(value, "ravel"):
+        if value.size > 100 and hasattr(value, "ravel"):
             few = value.ravel()[:100]
         # Long doubles have no number of Python's own.
         plain = (few.astype(float) if few.dtype.kind == "f" else few).tolist()
@@ -299,7 +301,7 @@ def did_you_mean(word: object, known: Sequence[str]) -> str:
     """
     from difflib import get_close_matches
 
-    close = get_close_matches(word, known, n=1) if isinstance(word, str) else []
+    close = get_close_matches(word, known) if isinstance(word, str) else []
     return f"; did you mean {close[0]!r}?" if close else ""
 
 

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-_PIECE = 1 << 20  # of what is written to a stream [bytes]
 _OVERWRITE = Advice("overwrite it with force=True", "overwrite it with --force")
 
 
@@ -75,7 +74,7 @@ def write_to(stream: IO[Any], content: IO[bytes], what: str, *, is_text: bool) -
     """Write content to a stream of bytes in pieces, UTF-8 text to one of text too; InputError or FileProblem if not."""
     source: Any = content
     try:
-        piece = source.read(_PIECE)
+        piece = source.read(io.DEFAULT_BUFFER_SIZE)
         try:
             _write_piece(stream, piece)
         except TypeError:
@@ -85,10 +84,10 @@ def write_to(stream: IO[Any], content: IO[bytes], what: str, *, is_text: bool) -
                 ) from None
             content.seek(0)
             source = codecs.getreader("utf-8")(content)
-        piece = source.read(_PIECE)
+        piece = source.read(io.DEFAULT_BUFFER_SIZE)
         while piece:
             _write_piece(stream, piece)
-            piece = source.read(_PIECE)
+            piece = source.read(io.DEFAULT_BUFFER_SIZE)
     except InputError:
         raise
     except io.UnsupportedOperation as error:
@@ -143,8 +142,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
     except OSError as error:
         if isinstance(error, GaitgraphError):
             raise
-        reason = error.strerror or error
-        message = f"{what} {str(path)!r} cannot be read: {reason}"
+        message = f"{what} {str(path)!r} cannot be read: {_reason(error)}"
         raise FileProblem.of(message, error, path) from error
 
 
@@ -161,6 +159,11 @@ def naming_file(source: object, what: str = "gait file") -> Iterator[None]:
         named = reworded(error, f"{what} {str(source)!r}: {error.message}")
         named.path = str(source)
         raise named from error
+
+
+def _reason(error: Exception) -> object:
+    """Return what an error of the system says, without number and name of the file."""
+    return getattr(error, "strerror", None) or error
 
 
 def table_from_toml(text: str) -> dict[str, Any]:
@@ -200,7 +203,7 @@ def _no_number(name: str) -> None:
 
 
 def _different_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    for name, count in Counter(name for name, _ in pairs).most_common(1):
+    for name, count in Counter(name for name, _ in pairs).items():
         if count > 1:
             raise wrong("names in an object", "must differ", name, " twice", field=name)
     return dict(pairs)
@@ -263,7 +266,7 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
     except OSError as error:
         if isinstance(error, GaitgraphError):
             raise
-        message = f"output {str(path)!r} cannot be written: {error.strerror or error}"
+        message = f"output {str(path)!r} cannot be written: {_reason(error)}"
         raise FileProblem.of(message, error, path) from error
 
 
@@ -305,8 +308,8 @@ def check_new_files(
             problem.path = str(path)
             raise
         except (OSError, ValueError) as error:  # a name that the file system refuses
-            reason = getattr(error, "strerror", None) or error
-            message = f"output {shown(str(path))} cannot be written: {reason}"
+            name = shown(str(path))
+            message = f"output {name} cannot be written: {_reason(error)}"
             raise FileProblem.of(message, error, path) from error
 
 

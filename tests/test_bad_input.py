@@ -229,6 +229,7 @@ invertibility.coefficients_of(vehicle=BEETLE, kind="published") | exact
 least_period(path=TIMED.gait.biased(0.8)) | color
 least_period(rounding=-1.0) | rounding
 least_period(samples=3, rate=5.0) | samples and rate must not both
+optimal_gait(floor=memoryview(b"1")) | got <memory
 optimal_gait(waypoints=[(0, 0)] * 41) | at most 40, got 41
 retarget(source=np.zeros((200_001, 4))) | at most 200000 rows
 timing.rounded(tolerance=0.9e-5) | tolerance
@@ -316,6 +317,8 @@ color="rad" | color must be one of auto, red, blue, got 'rad'; did you mean 'red
 floor=NAN | floor must be a number from 0 to 1e12, got nan
 floor=np.array([[2.5]], dtype=np.longdouble) | got [[2.5]]
 floor=np.ma.masked | got masked
+floor=np.ma.array([2.5]) | got [2.5]
+floor=np.float64 | got <class 'numpy.float64'>
 color="a" * 68 | aaa'
 color="a" * 69 | aaa…
 color=10**5000 | number of 16610 bits
@@ -457,6 +460,7 @@ def test_a_wrong_toml_file_is_named(tmp_path: Path, content: str, said: str) -> 
     with pytest.raises(InputError, match=f"^flight file .*a.toml': {said}") as caught:
         from_toml_file(path, "flight", settings_from_mapping)
     assert "\n" not in str(caught.value)
+    assert caught.value.path == str(path)
 
 
 @pytest.mark.parametrize(
@@ -547,7 +551,7 @@ def test_an_error_names_its_file_once() -> None:
 
 def test_problems_of_files_keep_what_the_system_says(tmp_path: Path) -> None:
     path = str(tmp_path / "none.csv")
-    with pytest.raises(FileProblem) as caught:
+    with pytest.raises(FileProblem, match=": No such file or directory$") as caught:
         gg.read_table(path)
     assert caught.value.errno == errno.ENOENT
     assert caught.value.filename == caught.value.path == path
@@ -570,3 +574,9 @@ def test_a_value_that_is_nested_too_deeply_is_told_by_its_kind() -> None:
         nested = [nested]
     error = InputError("it must be flat", value=nested)
     assert error.as_mapping()["value"] == "a list"
+
+
+@pytest.mark.parametrize(("shape", "entries"), [((25, 4), 25), ((101, 1), 100)])
+def test_a_hundred_numbers_of_an_array_are_kept(shape: Any, entries: int) -> None:
+    error = InputError("", value=np.zeros(shape))
+    assert len(error.as_mapping()["value"]) == entries

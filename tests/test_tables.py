@@ -8,7 +8,7 @@ import re
 import tracemalloc
 import warnings
 from dataclasses import replace
-from io import RawIOBase
+from io import DEFAULT_BUFFER_SIZE, RawIOBase
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -467,15 +467,15 @@ def test_a_column_that_writing_needs_is_named(
 
 
 class Sink(RawIOBase):
-    """A stream that takes the bytes of a file, up to 100,000 at once."""
+    """A stream that takes the bytes of a file, up to 1,000 at once."""
 
     def __init__(self, path: Path) -> None:
         self.content = path.read_bytes()
         self.taken = 0
 
     def write(self, piece: Any) -> int:
-        assert len(piece) <= 1 << 20
-        some = bytes(piece[:100_000])
+        assert len(piece) <= DEFAULT_BUFFER_SIZE
+        some = bytes(piece[:1000])
         assert self.content.startswith(some, self.taken)
         self.taken += len(some)
         return len(some)
