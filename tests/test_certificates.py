@@ -25,7 +25,7 @@ from gaitgraph.timing.limits import limits_of
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from tests.mutated import changed
-from tests.samples import gait_of_paper, symmetric_vehicle
+from tests.samples import gait_of_paper, symmetric_vehicle, table_from
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -300,9 +300,11 @@ def test_stamps_of_a_bag_are_whole_nanoseconds(planned: Path) -> None:
     """Between them the angles of a row go farther than certificate and curve are apart, but not a microradian."""
     pytest.importorskip("rosbags", reason="install gaitgraph[ros]")
     gait = gg.lift(LOOP, "red")
+    closed = [*gait.alpha, gait.alpha[0]]
+    uneven = table_from(closed, t=[0.0, 1 / 3, 10 / 3, 11 / 3])
+    gg.io.write_tables(uneven, [planned / "q.mcap"])
+    assert gg.certificates.verify(gg.certify(uneven), planned / "q.mcap")
     certificate = gg.certify(gait.parametrize(1.0))
-    gait.parametrize(1.0, samples=7).write(planned / "q.mcap")
-    assert gg.certificates.verify(certificate, planned / "q.mcap")
     late = gait.parametrize(1.0 + 3e-7, samples=7)
     late.write(planned / "late.mcap")
     found = gg.certificates.verify(certificate, planned / "late.mcap")

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 CERTIFICATE = ".cert.json"
 """The suffix of the certificate of a gait file, beside it."""
 
-_STAMP = Fraction(1, 10**9)  # unit of the times in bags [s]
 _MOST_ROWS = 20_000  # that are compared without being asked to
 
 
@@ -215,7 +214,7 @@ def _exact_rows(table: Table, path: Path) -> tuple[list[Row], Fraction]:
             slack[:, joint] = table.half_units(name)
     if path.suffix == ".mcap" or path.is_dir():
         rates = np.abs(np.diff(table.alpha, axis=0)).max(axis=0) / np.diff(t).min()
-        slack += rates * float(_STAMP)
+        slack += rates * 1e-9  # stamps are whole nanoseconds
     rows = [
         Row(Fraction(time), list(map(Fraction, angles)), list(map(Fraction, slacks)))
         for time, angles, slacks in zip(
