@@ -86,6 +86,7 @@ formats | None, 3, "png", ["gif"]
 gait | *NO_GAIT
 gaits | None, 3, "gait3", [], [3]
 graph | None, 3, {}
+keep | *NO_NUMBERS, 0, 1.01
 keep_in | *NO_ZONES, [[(2, 2), (3, 2), (3, 3)]]
 keep_out | *NO_ZONES
 lag | *NO_NUMBERS, 0.0, -1.0, [0.1, 0.2], [0.1, 0.1, 2e6, 0.1], 3e-5
