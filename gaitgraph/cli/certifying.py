@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @click.option(
     "--tilt",
     type=Angle(),
-    help="Claim too that no attitude within this tilt from upright is singular.",
+    help="Also claim that no attitude within this tilt from upright is singular.",
 )
 @click.option(
     "--untimed", is_flag=True, help="Claim nothing about rates and accelerations."
@@ -83,9 +83,9 @@ def certify_command(
 def verify_command(certificate: str, table: str | None) -> int:
     """Check each claim of a certificate, which gaitgraph certify writes, as gaitgraph/certificates/check.py does.
 
-    With TABLE, each of its rows must be on the proven curve at its time; any format that can be read, also the positions
-    of servos. Without it the table beside the certificate is compared, gait.csv beside gait.cert.json. The exit code is 1 if
-    a claim is not proved or a row is not on the curve, 2 if a file is no certificate or no table.
+    Each row of TABLE must be on the proven curve at its time. TABLE has any format that can be read, and may hold
+    positions of servos. Without TABLE the table beside the certificate is compared, gait.csv beside gait.cert.json. The
+    exit code is 1 if a claim is not proved or a row is not on the curve, 2 if a file is no certificate or no table.
     """
     from gaitgraph.certificates.verifying import verify
 

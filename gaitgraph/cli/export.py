@@ -39,24 +39,24 @@ if TYPE_CHECKING:
     "--columns",
     metavar="NAME_OR_FILE",
     type=click.Path(),
-    help="Joints of a servo table from elsewhere, as for --servos.",
+    help="Servo map of the input, if it is a servo table from elsewhere.",
 )
 @click.option(
     "--servos",
     metavar="NAME_OR_FILE",
     type=click.Path(),
-    help="Write positions of joints, by a preset or a TOML file.",
+    help="Servo map of the outputs: a preset or a TOML file.",
 )
 @click.option(
     "--periods",
     type=COUNT,
     show_default="1; 2 with --from-hover",
-    help="Periods, one after the other; a C header and a film have one.",
+    help="Number of periods to write; a C header and a film have one.",
 )
 @click.option(
     "--from-hover",
     is_flag=True,
-    help="Enter it from hover, run --periods of it, and return, as one motion.",
+    help="Enter the gait from hover, run --periods of it, and return to hover.",
 )
 @require_option
 @anyway_option
@@ -83,15 +83,20 @@ def export_command(
     force: bool,
     chosen: Chosen,
 ) -> int:
-    """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
+    """Write a gait file, a saved plan, the gait of a request, or gait1 to gait4 to files in the formats of their suffixes.
 
-    A table with times keeps its rows; a path, as of a transition or with --once, is not closed. --samples and --rate
-    sample the motion that the table states: its law, else what joins its rows. --period runs it faster or slower. Without
-    times, or with --law, the polyline through the rows gets a new timing. With --servos the columns are positions of the
-    vehicle's joints: order, sign, zero, degrees or pulse widths. Such files are read without an option, servo tables from
-    elsewhere with --columns. What is written is judged: if it is not flyable (or not valid, with --require valid),
-    nothing is written and the exit code is 1, unless --anyway. With --from-hover the flight is written from hover to hover,
-    which is run once; with --period or --law of the gait.
+    A table with times keeps its rows. --samples and --rate sample the motion that the table states: its law, or else
+    what joins its rows. --period runs it faster or slower. A table without times, or with --law, gets a new timing along
+    the polyline through its rows. A path, such as a transition or a table with --once, is not closed.
+
+    A servo map says how joints follow from tilt angles: their order, signs, zeros, and degrees or pulse widths. Files
+    written with --servos are read without an option, servo tables from elsewhere with --columns.
+
+    With --from-hover the file holds the whole flight from hover to hover, which is run once; --period and --law are those
+    of the gait.
+
+    The written motion is judged. If it is not flyable (or not valid, with --require valid), nothing is written and the
+    exit code is 1, unless --anyway is given.
     """
     from gaitgraph.gait.gait import PAPER_GAITS
     from gaitgraph.io.exporting import export

@@ -27,7 +27,7 @@ _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "margins", "s
     metavar="NAME",
     multiple=True,
     show_default="all, or set with GAIT_FILE",
-    help="1 to 22, 18b, 19b, 22b, regions, margins or set; repeatable.",
+    help="Draw 1 to 22, 18b, 19b, 22b, regions, margins or set alone; repeatable.",
 )
 @click.option(
     "--output",

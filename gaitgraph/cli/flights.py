@@ -64,7 +64,7 @@ settings_option = click.option(
 @click.option(
     "--bias",
     type=SHARE,
-    help="Fly with α3 and α4 scaled by η.",
+    help="Scale α3 and α4 by this factor η.",
 )
 @click.option(
     "--from-hover",
@@ -221,7 +221,7 @@ def _settings_of(
     default=17,
     help="Attitudes along each side of the grid.",
 )
-@click.option("--anyway", is_flag=True, help="Fly even gaits that cannot fly.")
+@click.option("--anyway", is_flag=True, help="Fly even gaits that are not flyable.")
 @settings_option
 @period_of_file_option
 @gait_outputs_options

@@ -38,13 +38,13 @@ if TYPE_CHECKING:
     type=Angle(),
     multiple=True,
     default=["0.1"],
-    help="Radius of the discs around the waypoints; repeat it for one of each.",
+    help="Radius of the discs around the waypoints: one for all, or one for each.",
 )
 @click.option(
     "--objective",
     type=click.Choice(["singular_value", "hover_reserve", "servo_margin"]),
     default="singular_value",
-    help="What is as good as possible at the worst place of the gait.",
+    help="The quantity to maximise at the worst place of the gait.",
 )
 @sign_option
 @click.option(
@@ -111,8 +111,8 @@ def optimize_command(
 @click.option(
     "--keep",
     type=SHARE,
-    show_default="the nearest rows, however little moves",
-    help="Keep the shape of the motion, and make it smaller by this factor.",
+    show_default="move each row as little as possible",
+    help="Keep the shape of the motion, scaled by this factor.",
 )
 @polygon_options
 @gait_outputs_options

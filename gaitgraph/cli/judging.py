@@ -151,7 +151,7 @@ def _note_on_certificate(
     "--bias",
     type=SHARE,
     multiple=True,
-    help="Scale α3 and α4 by η; repeatable.",
+    help="Scale α3 and α4 by a factor η; repeatable.",
 )
 @click.option(
     "--tilt",

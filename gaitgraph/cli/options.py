@@ -198,7 +198,7 @@ coefficients_option = click.option(
     "--coefficients",
     type=click.Choice(["published", "printed", "exact"]),
     show_default="the vehicle's",
-    help="Coefficients of formula (1).",
+    help="Coefficients of the paper's formula (1).",
 )
 
 
@@ -246,7 +246,7 @@ def _outputs_options(help_text: str) -> Callable[[FC], FC]:
     return lambda function: output(force_option(function))
 
 
-gait_outputs_options = _outputs_options("Write a file, by its suffix; repeatable.")
+gait_outputs_options = _outputs_options("Write a file (format by suffix); repeatable.")
 picture_outputs_options = _outputs_options(
     "Draw the answer, as .png, .svg or .pdf; repeatable."
 )
@@ -269,7 +269,7 @@ servo_margin_option = click.option(
     "--servo-margin",
     type=Angle(),
     show_default="none",
-    help="Errors of the servos that level flight must bear, such as 15deg.",
+    help="Servo errors that level flight must tolerate, such as 15deg.",
 )
 certify_option = click.option(
     "--certify",
@@ -288,7 +288,7 @@ require_option = click.option(
     help=CHOICES_IN_WORDS["require"],
 )
 anyway_option = click.option(
-    "--anyway", is_flag=True, help="Write it although it is not flyable."
+    "--anyway", is_flag=True, help="Write it even if it is not flyable."
 )
 period_of_file_option = click.option(
     "--period",
@@ -318,7 +318,7 @@ def sampling_options(function: FC) -> FC:
         "--rate",
         type=Number(min=0, min_open=True),
         metavar="HZ",
-        help="Samples per second instead.",
+        help="Samples per second, instead of --samples.",
     )
     return samples(rate(function))
 
@@ -329,9 +329,12 @@ def polygon_options(function: FC) -> FC:
         "--keep-in",
         type=Polygon(),
         multiple=True,
-        help='Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.',
+        help='Stay in a polygon "A1,A2 A1,A2 A1,A2 …"; repeatable.',
     )
     keep_out = click.option(
-        "--keep-out", type=Polygon(), multiple=True, help="Only outside; repeatable."
+        "--keep-out",
+        type=Polygon(),
+        multiple=True,
+        help="Stay out of a polygon; repeatable.",
     )
     return keep_in(keep_out(function))

@@ -64,7 +64,7 @@ from gaitgraph.explorer.words import CHOICES_IN_WORDS
 @click.option(
     "--any-order",
     is_flag=True,
-    help="Visit the waypoints in the order that is shortest.",
+    help="Visit the waypoints in the order of the shortest loop.",
 )
 @click.option("--reverse", is_flag=True, help="Run the loop in the other direction.")
 @click.option(
@@ -89,9 +89,9 @@ def plan_command(
 ) -> int:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
 
-    The request comes from a TOML or JSON file, or from a gait file of any format, which holds the request that it was
-    made from; from options; or from both: then options replace what the file says. A file may also state polygons, the
-    floor of the least singular value and the accuracy of curved borders.
+    The request is read from a TOML or JSON file, or from a gait file of any format, which holds the request that it was
+    made from. Options replace what the file says; without a file they are the request. A file may also state polygons,
+    the floor of the least singular value and the accuracy of curved borders.
     The exit code is 1, with the reason, if there is no such gait.
     """
     from gaitgraph.certificates import making

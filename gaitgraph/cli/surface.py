@@ -206,7 +206,7 @@ def cycles_command(
     "--require",
     type=click.Choice(["flyable", "valid"]),
     default="flyable",
-    help="The region where a gait can fly, or where R has the sign.",
+    help="Where a gait can fly (flyable), or where R has the sign (valid).",
 )
 @sign_option
 @servo_margin_option
@@ -220,7 +220,7 @@ def region_command(
 ) -> int:
     """List the parts of the admissible regions, or, with waypoints, report in which part each of them lies.
 
-    A waypoint in none gets the reason and the nearest admissible point. A request file may also state the color,
+    For a waypoint in none of them the reason and the nearest admissible point are printed. A request file may also state the color,
     polygons, the floor of the least singular value and the accuracy of curved borders. The exit code is 1 if no part
     holds all waypoints, so that no closed gait passes them, or if there is no part.
     """

@@ -55,7 +55,7 @@ def transition_command(
     """Find a path on the surface from FROM to TO, each a gait file or the word hover.
 
     A table is left and joined at its first row, gait1 to gait4 at a corner. Where a gait is in motion at its first row,
-    its clock starts slowly after the path, and stops slowly before it. The exit code is 1, with the proof, if there is
+    it speeds up gradually after the path, and slows down gradually before it. The exit code is 1, with the proof, if there is
     no path: between R > 0, where hover is, and R < 0 every path passes a singular matrix. It is also 1, and nothing is
     written, if the path is not flyable (or not valid, with --require valid).
     """
@@ -95,19 +95,19 @@ def transition_command(
     "--max-rate",
     type=Angle(is_positive=True),
     show_default="the vehicle's",
-    help="Largest tilt rate per second.",
+    help="Largest tilt rate, an angle per second.",
 )
 @click.option(
     "--max-acceleration",
     type=Angle(is_positive=True),
     show_default="the vehicle's",
-    help="Largest tilt acceleration, per second squared.",
+    help="Largest tilt acceleration, an angle per second squared.",
 )
 @click.option(
     "--rounding",
     type=Angle(is_positive=True),
     show_default="what the file says, else rest at corners",
-    help="Round corners by at most this.",
+    help="Largest distance by which corners are rounded.",
 )
 @sampling_options
 @certify_option
