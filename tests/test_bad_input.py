@@ -219,7 +219,7 @@ def test_settings_of_a_flight_are_numbers_in_their_range(name: str) -> None:
     cases("""
 Limits(acceleration=None) | an acceleration or a jerk, got neither
 Limits(rate=[0.1, [0.2]]) | rate
-basins_of(resolution=317, bias=[0.8, 0.9]) | 100000 flights
+basins_of(resolution=317, bias=[0.8, 0.9]) | 100000 flights, got 200978
 basins_of(bias=[0.8, 1.0, 0.8]) | bias must be different
 basins_of(settings=FlightSettings(duration=0.99)) | duration
 basins_of(settings=FlightSettings(reference="hover")) | reference
@@ -280,6 +280,7 @@ flight={"durations": 1} | did you mean 'duration'
 sample={"seed": 3} | sample.kind
 sample={"kind": "sobol", "count": 2} | sample.kind
 sample={"count": 2, "seed": -1} | sample.seed
+sample={"count": 2, "seed": 2**64} | sample.seed
 anyway="yes" | anyway
 periods={**SWEEP, "count": 90000}, biases=SHARES | got 9000000
 """),

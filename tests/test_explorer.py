@@ -34,13 +34,15 @@ from gaitgraph.explorer.server import HEADERS, application, setup_answer
 from gaitgraph.explorer.state import DEFAULTS, state_of
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.error_margins import servo_margins_found
 from gaitgraph.invertibility.forms import rotors_of
 from gaitgraph.surface.curved import sheet_of
 from gaitgraph.surface.curved_region import sheet_region
 from gaitgraph.surface.sheets import SIGNS
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import vehicle_named
 from tests.published import GAITS
-from tests.samples import LEANING, ODD, cases
+from tests.samples import LEANING, ODD, cases, on_red
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -174,6 +176,7 @@ def test_a_long_series_is_as_fine_as_a_chart() -> None:
 
 def test_the_vehicle_is_drawn_by_its_places_and_frames() -> None:
     view = plan_answer({})["vehicle_view"]
+    assert "-0.0" not in json.dumps(view)
     assert view["places"] == [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
     assert view["frames"][1] == [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
     assert view["clockwise"] == [True, False, True, False]
@@ -254,17 +257,25 @@ def test_the_diagram_is_the_robustness_of_the_plan() -> None:
 # The map
 
 
-def test_the_shading_is_of_the_red_sheet_with_rows_of_constant_alpha2() -> None:
+def test_the_shading_is_of_the_red_sheet_with_rows_of_constant_alpha2(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     functions: dict[str, Any] = {
         "R": lambda alpha: matrices.level_determinant(alpha, coefficients_of()),
         "least_singular_value": matrices.least_singular_value,
+        "servo_margin": lambda alpha: np.degrees(
+            servo_margins_found(alpha, gg.PAPER, DEFAULT_FLOOR)
+        ),
     }
-    a1, a2 = np.meshgrid(AXIS, AXIS)
-    alpha = np.stack([a1, a2, a1, a2], axis=-1).reshape(-1, 4)
+    monkeypatch.setattr(map_query, "_POINTS", {"servo_margin": 9})
+    monkeypatch.setattr(map_query, "_shading", map_query._shading.__wrapped__)
     for shading, function in functions.items():
         answer = map_answer({"shading": shading})
-        assert answer["values"] == pytest.approx(function(alpha), rel=1e-4, abs=1e-12)
-        assert (answer["n"], answer["note"]) == (129, None)
+        axis = np.linspace(-math.pi / 2, math.pi / 2, answer["n"])
+        alpha = on_red(*np.meshgrid(axis, axis)).reshape(-1, 4)
+        close = 0.1 if shading == "servo_margin" else 1e-12
+        assert answer["values"] == pytest.approx(function(alpha), rel=1e-4, abs=close)
+        assert answer["note"] is None
 
 
 def area_of(rings: Any) -> float:
@@ -340,7 +351,7 @@ def table_of_state(suffix: str, **others: Any) -> bytes:
 
 def json_table(**about: Any) -> bytes:
     """Return a gait file of one row, and what it states of its making."""
-    columns = {"alpha1": [1.0], "alpha2": [-1.0], "color": ["red"]}
+    columns = {"t": [0.0], "alpha1": [1.0], "alpha2": [-1.0], "color": ["red"]}
     return json.dumps({"columns": columns, "about": about}).encode()
 
 

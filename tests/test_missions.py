@@ -113,6 +113,8 @@ def test_it_is_the_gait_between_entry_and_exit(kind: str, tmp_path: Path) -> Non
     first, last = flight.course.gait_times
     runs = [part.period for part in flight.sections if part.phase in RUNS]
     assert last - first == pytest.approx(sum(runs))
+    widths = [part.period for part in flight.sections]
+    assert np.diff(flight.corner_times) == pytest.approx(widths)
     # A flight from hover is that of the mission.
     t = np.linspace(0, flight.period, 997)
     course: Any = from_hover(gait, periods=3)

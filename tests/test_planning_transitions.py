@@ -197,6 +197,8 @@ def test_ends_that_cannot_be_joined_are_refused_with_the_reason(
     for name in ("gait", "path", "report", "length", "timed", "table"):
         with pytest.raises(gg.Infeasible):
             getattr(path, name)
+    if path.proof is not None:
+        assert path.proof["statement"] in str(path)
     plain = json.loads(json.dumps(path.as_mapping(), allow_nan=False))
     assert (plain["status"], plain["path"], plain["length"]) == ("infeasible", [], None)
 

@@ -90,7 +90,7 @@ def test_a_case_of_a_random_sample_depends_on_the_seed_and_its_number_alone() ->
 
     drawn_cases = drawn(400, 5)
     for case, longer, other in zip(
-        drawn_cases, drawn(1000, 5), drawn(400, 6), strict=True
+        drawn_cases, drawn(1000, 5), drawn(400, 2**64 - 1), strict=True
     ):
         assert longer.roll == case.roll != other.roll
     rolls = [case.roll for case in drawn_cases]
@@ -100,8 +100,8 @@ def test_a_case_of_a_random_sample_depends_on_the_seed_and_its_number_alone() ->
     assert {case.pitch for case in drawn_cases} == {0.0, 0.1}
     masses = [case.vehicle.mass for case in drawn_cases if case.varied]
     assert 150 < len(set(masses)) == len(masses) < 250
-    study = study_from_mapping(RANDOM | {"sample": {"count": 400, "seed": 5}})
-    assert study.as_mapping()["sample"] == {"kind": "random", "count": 400, "seed": 5}
+    study = study_from_mapping(RANDOM | {"sample": {"count": 1, "seed": 5}})
+    assert study.as_mapping()["sample"] == {"kind": "random", "count": 1, "seed": 5}
     # Pinned: later versions continue a stored study.
     pinned = drawn_cases[17].roll, drawn_cases[17].period
     assert pinned == pytest.approx((0.4349099096549526, 1.1392466424151815), abs=1e-15)
@@ -337,7 +337,8 @@ def test_an_interrupt_ends_the_study_in_order(
         done = run("study", "s.toml", "--workers", 0)
     assert (done.code, done.out) == (130, "")
     assert done.err.startswith("gaitgraph: interrupted; 1 of 3 parts are in 's'; ")
-    assert run("study", "s.toml", "--workers", 0, "--json").json["flown"] == 2
+    again = run("study", "s.toml", "--workers", 0, "--json").json
+    assert (again["flown"], again["kept"]) == (2, 1)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "carrier://pigeon"])

@@ -131,7 +131,7 @@ def state_of_request(
     if request.get("floor", DEFAULT_FLOOR) != DEFAULT_FLOOR:
         return None  # the page has no control for it
     state = {name: value for name, value in request.items() if name != "floor"}
-    if samples is not None and RANGES["samples"].contains(samples):
+    if RANGES["samples"].contains(samples):
         state["samples"] = samples
     if state.get("method") == "exact":
         state.pop("divisions", None)  # not used, and may be out of range here

@@ -84,7 +84,7 @@ def table_answer(
     legs = len(rows.alpha)
     if not table.repeats:
         legs = max(legs // 2, 1)
-    samples = len(table) - 1 if "t" in table and len(table) > 1 else None
+    samples = len(table) - 1 if "t" in table else None
     return {
         "name": name,
         "rows": report.rows,

@@ -73,7 +73,7 @@ def path_of(gait: Gait) -> LiftedPath:
     turns = np.linalg.norm(ahead - np.roll(ahead, 1, axis=0), axis=1)
     sheet = sheet_of(gait.coefficients.rotors)
     starts, ends = (
-        _derivatives(sheet, alpha, ahead, 0 * ahead)
+        _derivatives(sheet, alpha, ahead, np.zeros_like(ahead))
         for alpha in (gait.alpha, gait.ends)
     )
     return LiftedPath(
