@@ -244,6 +244,7 @@ flight.settings_from_mapping(content={"gust": 100.01}) | gust
 flight.settings_from_mapping(content={"reference": "hoover"}) | reference
 flight.settings_from_mapping(content={"saturation": 1}) | saturation
 flight.settings_from_mapping(content={"seed": -1}) | seed
+flight.settings_from_mapping(content={"seed": 2**64}) | seed
 flight.settings_from_mapping(content={"wind": "12"}) | wind
 flight.settings_from_mapping(content={"wind": (1, NAN)}) | wind
 flight.settings_from_mapping(content={"wind": (1, 2, 100.1)}) | wind

@@ -12,6 +12,8 @@ import pytest
 import shapely
 
 import gaitgraph as gg
+from gaitgraph.angles import text_from_angle
+from gaitgraph.gait.table import ANGLES
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
@@ -184,6 +186,14 @@ def test_loops_on_the_grid_follow_the_sheet(options: Any) -> None:
 @KINDS
 def test_cycles_fly_along_the_sheet(vehicle: gg.Vehicle) -> None:
     graph = gg.surface_graph("positive", vehicle=vehicle, divisions=12)
+    for first, second, edge in graph.edges(data=True):
+        nodes = graph.nodes[first], graph.nodes[second]
+        start, end = np.array([[node[name] for name in ANGLES] for node in nodes])
+        between = np.linspace(start[:2], end[:2], 2000)
+        others = curved_sheet(vehicle).angles(*between.T)
+        passed = np.unwrap(others, axis=0, period=math.pi)
+        off = np.abs(passed[-1] - passed[0] - (end - start)[2:]).max()
+        assert edge["jump"] == pytest.approx(off, abs=1e-9)
     for cycle in islice(gg.cycles(graph, require="flyable"), 5):
         report = cycle.report
         assert cycle.flyable
@@ -192,6 +202,9 @@ def test_cycles_fly_along_the_sheet(vehicle: gg.Vehicle) -> None:
         assert least == pytest.approx(cycle.least_singular_value, abs=1e-4)
         assert cycle.reachable_from_hover == bool(report.reachable_from_hover)
         assert str(cycle).count("(") in (3, 4)
+        assert "({}, {})".format(*map(text_from_angle, cycle.path.alpha[0])) in str(
+            cycle
+        )
 
 
 @KINDS

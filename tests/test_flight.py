@@ -207,7 +207,8 @@ def test_to_settle_is_to_come_within_tolerance_and_stay() -> None:
     assert fly(RED, settings=short(duration=round(since + 0.21, 3))).settled
     slow = fly(RED, settings=short(duration=0.1))
     assert (slow.outcome, slow.failed) == ("not settled", False)
-    assert "roll (rad) is still off by" in slow.reason
+    assert slow.tracking_error is None
+    assert "within 0.1 s: roll (rad) is still off by" in slow.reason
 
 
 # The record

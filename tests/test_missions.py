@@ -83,7 +83,8 @@ def test_what_is_off_the_surfaces_is_entered_straight() -> None:
     np.testing.assert_allclose(entry.line, [[0] * 4, biased.alpha[0]])
     assert entry.peaks(1).max() <= 6.0 * (1 + 1e-9)
     anyway = gg.mission("gait3", anyway=True)
-    assert len(anyway.sections[1].line) == 2
+    straight: Any = anyway.sections[1]
+    assert (len(straight.line), straight.period) == (2, 1.0)
     assert not anyway.check().flyable
 
 

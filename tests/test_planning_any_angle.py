@@ -227,6 +227,8 @@ def test_no_loop_is_more_robust(
     best = least_singular_value(on_red(*np.array(worst).T)).min()
     value = plan.report["least_singular_value"].value
     assert value == pytest.approx(best, abs=1e-5)
+    valid = exact(points, require="valid", floor=2.0, **asked)
+    assert valid.report["least_singular_value"].value >= best - 1e-5
     assert loop_of(exact(points, keep_out=keep_out)).length <= loop_of(plan).length
     # Of a bent one no bound is known: a less robust one may be shorter.
     known = None if keep_out else loop_of(plan).length

@@ -207,6 +207,8 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
         assert np.abs(value).max() < 1e-9
     full, part = (patch for patch in ax.patches if patch.get_gid() == "acceptable")
     assert np.ptp(full.get_path().vertices, axis=0) == pytest.approx(math.pi)
+    (level,) = (line for line in ax.lines if line.get_marker() == "+")
+    assert level.get_xydata().tolist() == [[0, 0]]
     (border,) = lines_of(ax, "border")  # without the sides of the square
     assert (np.abs(border[1:-1]) < HALF_PI - 1e-9).all()
     assert part.get_path().contains_points(0.99 * border).all()
@@ -420,6 +422,8 @@ def test_objects_draw_themselves_whole(shown: str, legend: str, ax: Axes) -> Non
     assert drawn.get_title()
     if legend != "none":
         assert "; ".join(legend_of(drawn)) == legend
+    upright = [line for line in drawn.lines if line.get_label() == "all upright"]
+    assert all(line.get_xydata().tolist() == [[0, 0]] for line in upright)
 
 
 def test_a_plan_without_a_loop_has_arrows_to_the_nearest_admissible_points() -> None:

@@ -204,5 +204,7 @@ def test_an_answer_without_a_gait_is_its_text() -> None:
 def test_a_title_speaks_of_all_that_is_drawn() -> None:
     location = gg.location_of([(-0.4, 0.4), (0.5, 0.5)])
     assert location.plot().get_title() == "Admissible regions, vehicle paper"
+    empty = gg.location_of([(0.5, 0.5)], floor=2.0)
+    assert empty.plot().get_title() == "Admissible regions, vehicle paper: none"
     comparison = gg.robustness.comparison_of(["gait3", "gait4"])
     assert comparison.plot().get_title() == "gait3, gait4"

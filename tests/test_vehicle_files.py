@@ -138,6 +138,9 @@ def test_models_read_back(run: Any, name: str) -> None:
     write = ("vehicles", "mine.toml", "--output", "model.xml")
     assert run(*write).out.endswith("wrote model.xml\n")
     assert run(*write).code == 2  # it exists
+    text = Path("model.xml").read_text()
+    body = '<body name="vehicle"'
+    Path("model.xml").write_text(text.replace(body, f'{body} euler="0.3 0.2 0.5"'))
     model = read_description("model.xml")
     again = gg.Vehicle(**model.constants)
     sizes = "mass inertia arm_length drag_to_thrust first_arm_angle rotor_height rotor_lag gravity max_tilt"
@@ -200,7 +203,8 @@ def test_px4_geometry_is_that_of_its_source(tmp_path: Path) -> None:
 
 def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
     """Rotors 1, 3, 2, 4 of the file; the axis of rotor 4 points inward."""
-    Path("x.params").write_text(parameters(QUAD, [135, 315, 45, 45], CA_SV_TL3_MAXA=45))
+    most = {"CA_SV_TL0_MAXA": 60, "CA_SV_TL3_MAXA": 45}
+    Path("x.params").write_text(parameters(QUAD, [135, 315, 45, 45], **most))
     printed = run("vehicles", "--from", "x.params")
     assert printed.code == 0
     assert "rotors 1, 3, 2, 4 of the file" in printed.out
@@ -211,8 +215,8 @@ def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
     assert vehicle.first_arm_angle == pytest.approx(-math.pi / 4)
     assert vehicle.rotor_height == pytest.approx(0.02)
     ranges = np.degrees(np.array(vehicle.tilt_range))
-    assert ranges[:3] == pytest.approx(np.tile([-60.0, 90.0], (3, 1)))
-    assert ranges[3] == pytest.approx([-45, 60])
+    expected = [[-60, 60], [-60, 90], [-60, 90], [-45, 60]]
+    assert ranges == pytest.approx(np.array(expected))
 
 
 @pytest.mark.parametrize(
@@ -240,19 +244,19 @@ def test_where_the_method_does_not_fit_the_geometry_is_printed(
 
 FRAMES: dict[str, dict[str, float]] = {
     "symmetric": {},
-    "a height and a drag": {"CA_ROTOR2_PZ": 0.1, "CA_ROTOR2_KM": -0.03},
-    "spins": {"CA_ROTOR2_KM": 0.06},
+    "a height and a drag": {"CA_ROTOR2_PZ": 0.1, "CA_ROTOR2_KM": 0.03},
+    "spins": {"CA_ROTOR2_KM": -0.06},
     "a tilt axis": {"CA_SV_TL0_TD": 40},
 }
 
 
 @pytest.mark.parametrize("name", FRAMES)
 def test_any_frame_is_stated_by_its_places(run: Any, name: str) -> None:
-    places = {(0.2, 0.1): 0.05, (-0.2, -0.1): 0.05}
-    places |= {(0.2, -0.1): -0.06, (-0.2, 0.1): -0.06}
+    places = {(0.2, -0.1): -0.06, (-0.2, 0.1): -0.06}
+    places |= {(0.2, 0.1): 0.05, (-0.2, -0.1): 0.05}
     # The servos tilt about the lines from the centre, which are not diagonals of a square.
     ahead = math.degrees(math.atan2(0.1, 0.2))
-    toward = [90 + ahead, 270 + ahead, 90 - ahead, 270 - ahead]
+    toward = [90 - ahead, 270 - ahead, 90 + ahead, 270 + ahead]
     Path("x.params").write_text(parameters(places, toward, **FRAMES[name]))
     printed = run("vehicles", "--from", "x.params")
     assert printed.code == 0, printed.out
@@ -266,6 +270,7 @@ def test_any_frame_is_stated_by_its_places(run: Any, name: str) -> None:
     off = np.abs(mine.position[:, None] - theirs.position).sum(axis=-1)
     order = off.argmin(axis=1)
     assert off.min(axis=1) == pytest.approx(0, abs=1e-9)
+    assert order[0] == 0
     np.testing.assert_allclose(mine.moment_ratio, theirs.moment_ratio[order])
     # The same tilt table, in the order and sense of each, is the same matrix.
     alpha = RNG.uniform(-1, 1, 4)
