@@ -141,6 +141,7 @@ def test_type_map_of_the_paper(ax: Axes) -> None:
     shown: dict[Any, list[str]] = {}
     kinds = {"yes yes": ["(+,+)", "(-,-)"], "no yes": ["(-,-)"], "no no": []}
     for drawn in ax.lines:
+        assert drawn.get_marker() == "o"  # no node is red alone
         steps = (np.asarray(drawn.get_xydata()) + HALF_PI) / STEP
         for node in steps.round().astype(int).tolist():
             shown[tuple(node)] = kinds[str(drawn.get_gid())]
@@ -211,6 +212,7 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     assert level.get_xydata().tolist() == [[0, 0]]
     (border,) = lines_of(ax, "border")  # without the sides of the square
     assert (np.abs(border[1:-1]) < HALF_PI - 1e-9).all()
+    assert np.abs(border).max() == pytest.approx(HALF_PI, abs=1e-4)
     assert part.get_path().contains_points(0.99 * border).all()
     assert legend_of(ax) == [
         "Gait 3:\nno singular attitude",

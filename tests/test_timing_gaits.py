@@ -186,6 +186,7 @@ def test_a_file_without_times_is_timed_by_a_period_alone(tmp_path: Path) -> None
         timed_gait_of(tmp_path / "a.csv")
     timed = timed_gait_of(tmp_path / "a.csv", period=3.0)
     assert (timed.period, timed.samples, len(timed.vertices())) == (3.0, 100, 2)
+    assert timed_gait_of(timed, period=4.0).period == 4.0
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.5])
