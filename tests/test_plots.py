@@ -209,7 +209,7 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     full, part = (patch for patch in ax.patches if patch.get_gid() == "acceptable")
     assert np.ptp(full.get_path().vertices, axis=0) == pytest.approx(math.pi)
     (level,) = (line for line in ax.lines if line.get_marker() == "+")
-    assert level.get_xydata().tolist() == [[0, 0]]
+    assert np.asarray(level.get_xydata()).tolist() == [[0, 0]]
     (border,) = lines_of(ax, "border")  # without the sides of the square
     assert (np.abs(border[1:-1]) < HALF_PI - 1e-9).all()
     assert np.abs(border).max() == pytest.approx(HALF_PI, abs=1e-4)
