@@ -208,16 +208,6 @@ def test_pace(line: Any) -> None:
     assert "not flyable" not in line("pace gait3 --max-acceleration 60").out
 
 
-def test_compare(line: Any) -> None:
-    lines = line("compare gait1 gait3").out.splitlines()
-    cells = {text[:36].strip(): text[36:].split() for text in lines[:-1]}
-    assert cells["gait"] == ["gait1", "gait3"]
-    assert cells["flyable"] == ["no", "yes"]
-    assert cells["length (rad)"] == ["3.142", "3.142"]
-    assert cells["least hover thrust (m·g)"][0] == "none"
-    assert lines[-1].startswith("gait1 is not flyable: least singular value")
-
-
 ANSWERS = cases("""
 0 | plan good.toml
 1 | plan far.toml --output none.csv

@@ -19,11 +19,9 @@ from gaitgraph.io.exporting import export
 from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.servo_map import clipped_table, mapped_table, servo_map_from_mapping
 from gaitgraph.surface import admissible_region
-from gaitgraph.timing.limits import limits_of
 from gaitgraph.timing.servo_lag import servo_response
-from gaitgraph.timing.time_optimal import least_period
 from gaitgraph.timing.timed_gait import table_of
-from gaitgraph.vehicle import PAPER, linked, vehicle_from_mapping, vehicle_named
+from gaitgraph.vehicle import PAPER, vehicle_from_mapping, vehicle_named
 from tests.samples import cases
 
 if TYPE_CHECKING:
@@ -159,47 +157,12 @@ def test_a_limit_of_one_arm_is_judged_by_itself(
     assert not gg.plan_loop(CORNERS, vehicle=less, period=2.0)
 
 
-def test_the_least_period_is_that_of_the_slower_of_opposite_servos() -> None:
-    gait = gg.plan_loop(CORNERS, vehicle=MINE).gait
-    assert gait is not None
-    slower, alike = (
-        PAPER.replace(
-            max_tilt_rate=rates, max_tilt_acceleration=[10 * x for x in rates]
-        )
-        for rates in ([7.0, 6.5, 9.0, 8.0], [7.0, 6.5, 7.0, 6.5])
-    )
-    periods = {least_period(gait, limits_of(v)).period for v in (MINE, slower, alike)}
-    assert len(periods) == 1
-    slow = MINE.replace(max_tilt_rate=[9.0, 8.0, 0.1, 6.5])
-    entry = gg.transition("hover", replace(gait, vehicle=slow))
-    assert entry
-    assert entry.timed.peak_rates[2] == pytest.approx(0.1, rel=0.01)
-    moved = gg.retarget(gg.lift([(-1.1, 0.3), (-0.3, 1.3)], "red"), vehicle=MINE)
-    assert moved.after is not None
-    assert moved.after.flyable
-
-
 # -- Linkages
 
 
 def points_of(linkage: Any) -> Any:
     """Return the servo and the tilt angles of a linkage, the tilt angles increasing."""
     return np.array(sorted(linkage or (), key=lambda pair: pair[1])).T
-
-
-def test_a_linkage_is_linear_between_its_points_in_both_directions() -> None:
-    for linkage in CURVED.linkages:
-        assert linkage is not None
-        servo, tilt = np.array(sorted(linkage)).T
-        wanted = np.linspace(servo[0], servo[-1], 301)
-        tilts, slope = linked(linkage, wanted)
-        np.testing.assert_allclose(tilts, np.interp(wanted, servo, tilt), atol=1e-15)
-        back, inverse = linked(linkage, tilts, to_servo=True)
-        np.testing.assert_allclose(back, wanted, atol=1e-14)
-        inner = np.abs(wanted[:, None] - servo).min(axis=1) > 1e-6
-        np.testing.assert_allclose((slope * inverse)[inner], 1.0, rtol=1e-12)
-        change = np.interp(wanted + 1e-7, servo, tilt) - tilts
-        np.testing.assert_allclose(slope[inner], change[inner] / 1e-7, rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["one.csv", "one.npz", "one.mcap"])

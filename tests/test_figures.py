@@ -106,29 +106,6 @@ def test_figure_17_holds_three_loops() -> None:
             assert np.asarray(line.get_xydata())[:4] == pytest.approx(points)
 
 
-def readings(name: str, vehicle: gg.Vehicle = gg.PAPER) -> str:
-    """Return the tilt margins that the titles of a figure state, of the gait and of the biased gait."""
-    titles = [ax.get_title() for ax in draw(name, vehicle=vehicle).axes]
-    return "; ".join(title.partition("tilt margin ")[2] for title in titles)
-
-
-@pytest.mark.parametrize(
-    ("name", "margins"),
-    [
-        ("20", "90.0°, biased 74.5°"),
-        pytest.param(
-            "18b",
-            "none, biased 0.0°; 43.7°, biased 0.0°; 0.0°, biased 0.0°",
-            marks=SLOW,
-        ),
-    ],
-)
-def test_attitudes_of_the_papers_gaits(name: str, margins: str) -> None:
-    """A blue gait has three more readings of the printed digits, in a figure of its own; one's own vehicle has none."""
-    assert readings(name) == margins
-    assert ";" not in readings(name.strip("b"), BEETLE)
-
-
 def test_a_gait_has_a_set_of_its_own(run: Any, folder: Path) -> None:
     result = run("figures", "gait4", "--format", "svg")
     stated = f"wrote {Path('figures', 'figure_set.svg')}: The set of a gait"

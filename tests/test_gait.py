@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import warnings
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.errors import FileWarning
 from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import (
@@ -32,12 +31,8 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.surface.sheets import COLORS, roots
 from gaitgraph.timing.laws import LAWS
-from gaitgraph.timing.timed_gait import timed_gait_of
 from tests.published import GAITS
-from tests.samples import EXACT, PUBLISHED, table_from, write_rows
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from tests.samples import EXACT, PUBLISHED, table_from
 
 # Squares of lengths below 1e-150 are zero.
 angle = st.floats(-1.5, 1.5).map(lambda x: round(x, 6))
@@ -196,49 +191,6 @@ def test_a_last_row_closes_where_it_is_the_first_and_one_nearby_is_told_and_kept
         assert name == "t" or values[0] == values[-1]
     assert report["closed"].value == (0.0 if closed else pytest.approx(abs(gap)))
     assert ("a point of its own" in str(report.notes)) is told
-
-
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("rest", [0, 1])
-def test_all_readers_of_a_table_find_its_period(
-    tmp_path: Path, law: Any, rest: int
-) -> None:
-    """Closed or not; one that rests at its start, after a leg that is longer than the first."""
-    gait = lift([(0.4, -0.4), (0.5, -0.4), (1.2, -1.2)], "red")
-    timed = gait.parametrize(law=law, samples=100)
-    source = tmp_path / "rows.csv"
-    rows = np.column_stack([timed.t, timed.alpha.round(4)])
-    write_rows(source, rows[: len(rows) - rest])
-    corners, times = given_gait(source).rows
-    whole = gg.export(source, tmp_path / "rows.h").table
-    assert times is not None
-    for end in (times[-1], timed_gait_of(source).period, whole["t"][-1]):
-        assert end == pytest.approx(1.0, abs=1e-9)
-    assert (len(corners.alpha), len(whole)) == (100, 101)
-    assert "_angle[100][4]" in (tmp_path / "rows.h").read_text()
-
-
-def test_of_a_measured_table_that_nearly_closes_every_row_is_kept_and_that_is_said_once(
-    run: Any, tmp_path: Path
-) -> None:
-    timed = lift(GAITS[3].angles, "red").parametrize(samples=20)
-    rows = np.column_stack([timed.t, timed.alpha])
-    rows[-1, 1::2] += 1e-6
-    write_rows(tmp_path / "rows.csv", rows)
-    with pytest.warns(FileWarning, match="rows.csv': the last row is 1e-06 rad from"):
-        gait = given_gait(tmp_path / "rows.csv").rows.gait
-    np.testing.assert_array_equal(gait.alpha, rows[:, 1:])
-    for command in (
-        "certify rows.csv",
-        "colorings rows.csv",
-        "export rows.csv even.json --samples 40",
-        "pace rows.csv --max-rate 9 --max-acceleration 90",
-        "retarget rows.csv",
-        "validate rows.csv",
-    ):
-        done = run(*command.split())
-        said = (done.out + done.err).count("the last row is 1e-06 rad from the first")
-        assert (done.code, said) == (0, 1), command
 
 
 def test_a_last_row_of_another_color_and_a_single_row_close_nothing() -> None:

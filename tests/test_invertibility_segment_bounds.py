@@ -178,19 +178,6 @@ def test_it_is_exact_for_a_parabola_and_holds_for_what_bends_less(
     assert exact == pytest.approx(least, abs=1e-12)
 
 
-def test_brackets_do_not_depend_on_the_size_of_a_batch(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    starts, ends = random_segments("anywhere", seed=4, count=20)
-    find = partial(bounds.least_singular_value_along, starts, ends, each=True)
-    whole = find(tolerance=1e-3)
-    monkeypatch.setattr(bounds, "_BATCH", 7)
-    pieces = find(tolerance=1e-3)
-    np.testing.assert_allclose(pieces.lower, whole.lower, atol=1.1e-3)
-    np.testing.assert_allclose(pieces.upper, whole.upper, atol=1.1e-3)
-    assert (pieces.upper - pieces.lower <= 1e-3 + 1e-12).all()
-
-
 # -- Thrusts
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 import shapely
-from scipy import ndimage
 
 from gaitgraph.errors import Infeasible, MissingConstant
 from gaitgraph.invertibility.matrices import (
@@ -23,9 +22,9 @@ from gaitgraph.optimization.least_effort import (
     SmoothLoop,
     control_points_along,
 )
-from gaitgraph.optimization.optimize import CLEARANCE, Quantity
+from gaitgraph.optimization.optimize import CLEARANCE
 from gaitgraph.surface.admissible import admissible_region
-from gaitgraph.surface.region import Discs, Zones, component_meeting
+from gaitgraph.surface.region import Discs, component_meeting
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
@@ -48,31 +47,6 @@ def plane_of(found: Any, count: int = 4001) -> np.ndarray:
 
 
 # -- Splines, cells and levels
-
-
-def test_highest_level_is_that_of_the_pass_between_obstacles() -> None:
-    """Two discs of high level, joined only through a gate where the level is lower; cells of a grid are joined too."""
-    walls = [
-        shapely.box(left, 0.6, right, 0.7).exterior.coords[:-1]
-        for left, right in ((-1.57, -1.3), (-1.25, 0.2))
-    ]
-    zones = Zones(keep_out=walls)
-    region = admissible_region(PAPER, sign="positive", floor=0.05, zones=zones)
-    discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
-    quantity = Quantity(objective="singular_value", vehicle=PAPER)
-    lower, upper = quantity.highest_level(region, discs)
-    assert 0 < lower <= upper <= lower * (1 + 1e-3)
-    axes = np.linspace(-1.57, 0.2, 301), np.linspace(0.0, 1.57, 301)
-    a1, a2 = np.meshgrid(*axes, indexing="ij")
-    usable = region.contains(np.stack([a1, a2], axis=-1).reshape(-1, 2))
-    height = np.where(
-        usable.reshape(a1.shape), least_singular_value(on_red(a1, a2)), 0.0
-    )
-    first, second = (np.hypot(a1 - x, a2 - y) <= 0.05 for x, y in discs.centers)
-    for level, joined in ((upper * 0.98, True), (upper * 1.001, False)):
-        labels, _ = ndimage.label(height >= level, structure=np.ones((3, 3)))
-        shared = set(labels[first]) & set(labels[second]) - {0}
-        assert bool(shared) is joined
 
 
 # -- Results

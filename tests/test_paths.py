@@ -14,7 +14,7 @@ from gaitgraph.flight.basins import basins_of
 from gaitgraph.flight.course import from_hover
 from gaitgraph.gait.table import RATES
 from gaitgraph.io.exporting import export
-from gaitgraph.timing.timed_gait import table_of, timed_gait_of
+from gaitgraph.timing.timed_gait import timed_gait_of
 from tests.samples import table_from
 
 if TYPE_CHECKING:
@@ -36,20 +36,6 @@ def entry(tmp_path: Path) -> Path:
 
 
 # Paths
-
-
-def test_a_timed_path_stays_at_its_ends_and_is_stated_by_its_table() -> None:
-    timed = ENTRY.timed
-    angles, rates, accelerations = timed.at([-1.0, 0.5, 1.0, 7.0])
-    np.testing.assert_allclose(angles, [0 * END, END / 2, END, END], atol=1e-12)
-    np.testing.assert_allclose(np.abs(rates).max(axis=1), [0, 0.75, 0, 0], atol=1e-9)
-    assert not accelerations[[0, 3]].any()
-    assert timed.peak_rates.max() == pytest.approx(15 / 8 * 0.4)
-    table = table_of(timed)
-    np.testing.assert_array_equal(table.about["corners"], ENTRY.path)
-    again: Any = timed_gait_of(table)
-    assert (again.repeats, again.law) == (False, "smooth")
-    np.testing.assert_array_equal(again.at(timed.t).alpha, timed.alpha)
 
 
 def test_a_path_is_judged_without_the_way_back(entry: Path) -> None:

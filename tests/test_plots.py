@@ -82,14 +82,6 @@ def legend_of(ax: Any) -> list[str]:
 # Roots on the grid, as Figures 2 to 14 draw them
 
 
-def test_root_counts_hold_650_roots() -> None:
-    (space,) = draw("2").axes
-    labels = ["2 roots, 225 nodes", "3 roots, 60 nodes", "5 roots, 4 nodes"]
-    assert [drawn.get_label() for drawn in scatters(space)] == labels
-    corners = np.asarray(scatters(space)[2].get_offsets())
-    assert np.abs(corners) == pytest.approx(HALF_PI)
-
-
 @pytest.mark.parametrize(("name", "over", "shift"), [("7", 0, 2), ("8", 1, -2)])
 def test_both_roots_lie_on_two_planes(name: str, over: int, shift: int) -> None:
     points = points_in_space(name)
@@ -113,15 +105,6 @@ def test_signed_roots_are_those_with_a_sign_of_r() -> None:
         count += len(alpha)
         grey += len(points_in_space(name, coefficients="exact")[GREY])
     assert (count, grey) == (294, 2 * 225)
-
-
-def test_values_of_r_are_drawn_over_their_nodes() -> None:
-    for name in ("10", "12"):
-        tops = points_in_space(name)[RED]
-        alpha = tops[:, [0, 1, 0, 1]]
-        assert tops[:, 2] == pytest.approx(physics.level_determinant(alpha, PUBLISHED))
-    exact = points_in_space("10", coefficients="exact")
-    assert BLUE not in exact
 
 
 # Types and the rule
@@ -159,15 +142,6 @@ def test_type_map_of_the_paper(ax: Axes) -> None:
     counts = [len(types) for types in shown.values()]
     assert [counts.count(number) for number in (2, 1, 0)] == [97, 100, 28]
     assert legend_of(ax)[0] == "(+,+): $R < 0$, (−,−): $R < 0$"
-
-
-def test_type_map_with_exact_coefficients_has_no_blue(ax: Axes) -> None:
-    plots.type_map(coefficients=EXACT, ax=ax)
-    marked = sum(np.size(drawn.get_xdata()) for drawn in ax.lines)
-    places = {str(text.get_gid()) for text in ax.texts}
-    assert marked + len(places) == 225
-    assert {to_hex(str(text.get_color())) for text in ax.texts} == {RED, GREY}
-    assert legend_of(ax) == ["(+,+): $R < 0$, (−,−): $R = 0$", "(−,−): $R = 0$"]
 
 
 # Gaits

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from PIL import Image
 
 import gaitgraph as gg
@@ -122,22 +121,6 @@ def test_without_matplotlib_there_is_the_text(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     for name in ("red gait", "timed gait", "plan", "region", "vehicle"):
         assert "img" not in eval(SHOWN[name][0])._repr_html_()
-
-
-def test_a_gait_shows_its_region() -> None:
-    ax = RED.plot(ax=Figure().add_subplot())
-    region = gg.admissible_region(sign="negative", accuracy=1e-3)
-    assert len(ax.patches) == len(region.components)
-    shaded = np.asarray(ax.patches[0].get_path().vertices)
-    left = region.components[0].bounds[0]
-    assert shaded[:, 0].min() == pytest.approx(left, abs=2e-3)
-
-
-def test_a_timed_gait_is_its_angles_over_time() -> None:
-    timed = RED.parametrize(2.0)
-    for k, line in enumerate(timed.plot(ax=Figure().add_subplot()).lines):
-        assert line.get_xdata() == pytest.approx(timed.t)
-        assert line.get_ydata() == pytest.approx(timed.alpha[:, k])
 
 
 def test_the_repr_of_a_vehicle_makes_it_again() -> None:

@@ -20,7 +20,6 @@ from shapely import Point, Polygon
 
 import gaitgraph as gg
 from gaitgraph.certificates.check import check
-from gaitgraph.flight.engine import engine_warnings
 from gaitgraph.records import Record, plain, rebuilt
 from gaitgraph.study.design import study_from_mapping
 from tests.samples import public_callables
@@ -457,20 +456,3 @@ def test_answers_with_rows_go_to_pandas() -> None:
     stated = [each.as_mapping() for each in (robustness().gait, *robustness().sweep)]
     assert gaits.verdict.tolist() == [each["verdict"] for each in stated]
     assert "singular_curves" not in gaits
-
-
-def test_an_engine_and_a_simulation_fly_the_same_after_the_way() -> None:
-    engine = gg.flight.Engine(gg.PAPER)
-    engine.place([0.1, 0.2, 0.1, 0.2])
-    again = pickle.loads(pickle.dumps(engine))
-    for flown in (engine, again):
-        flown.data.ctrl[:4] = 1.0
-        flown.mujoco.mj_step(flown.model, flown.data)
-    assert (engine.data.qpos == again.data.qpos).all()
-    again.data.qvel[:] = 1e12
-    with engine_warnings():  # else they are written into the working folder
-        again.mujoco.mj_step(again.model, again.data)
-    assert (engine.gave_up, again.gave_up) == (False, True)
-    simulation = gg.flight.Simulation(course(), SETTINGS)
-    twin = pickle.loads(pickle.dumps(simulation))
-    assert (simulation.run((0.1, 0.0)).rows == twin.run((0.1, 0.0)).rows).all()

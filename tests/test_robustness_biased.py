@@ -53,21 +53,10 @@ def report_of_3() -> RobustnessReport:
 # -- Numbers
 
 
-def test_the_more_a_red_gait_is_biased_the_less_robust_it_is(
+def test_a_sweep_is_of_biased_and_of_scaled_angles(
     report_of_3: RobustnessReport,
 ) -> None:
-    plain, same, mild, biased, scaled = (report_of_3.gait, *report_of_3.sweep)
-    assert plain.tilt_margin == same.tilt_margin == scaled.tilt_margin == math.pi / 2
-    assert plain.direction is None
-    margin = mild.tilt_margin, biased.tilt_margin
-    assert margin == tuple(
-        tilt_margin(place.where.alpha, EXACT) for place in (mild, biased)
-    )
-    assert math.pi / 2 > (mild.tilt_margin or 0) > (biased.tilt_margin or 0) > 0
-    fractions = [one.acceptable.fraction for one in (plain, mild, biased)]
-    assert 1 == fractions[0] > fractions[1] > fractions[2] > 0.8
-    values = [one.singular_value[1] for one in (plain, mild, biased)]
-    assert values[0] > values[1] > values[2] > 0
+    plain, _, _, biased, scaled = (report_of_3.gait, *report_of_3.sweep)
     assert np.allclose(scaled.segments.alpha, 0.5 * plain.segments.alpha)
     assert np.allclose(biased.segments.alpha, plain.segments.alpha * [1, 1, 0.8, 0.8])
     names = [one.name for one in report_of_3.sweep]
@@ -99,23 +88,6 @@ def test_coefficients_are_exact_unless_others_are_asked_for() -> None:
     assert published.coefficients.kind == "published"
     margins = exact.gait.tilt_margin, published.gait.tilt_margin
     assert 0 < abs((margins[0] or 0) - (margins[1] or 0)) < 1e-3
-
-
-@pytest.mark.parametrize(
-    ("number", "eta", "degrees"), [(1, 0.8, 0.0), (2, 0.99, 41.85)]
-)
-def test_with_printed_digits_blue_gaits_are_never_singular(
-    number: int, eta: float, degrees: float
-) -> None:
-    """Figures 18 and 19; in the physics they always are."""
-    gait = gait_of_paper(number, "printed")
-    report = report_of(gait, bias=eta, coefficients="printed")
-    assert report.gait.tilt_margin == math.pi / 2
-    assert report.gait.verdict == "no singular attitude"
-    margin = math.degrees(report.sweep[0].tilt_margin or 0.0)
-    assert margin == pytest.approx(degrees, abs=5e-3)
-    assert quick(gait).tilt_margin is None
-    assert (quick(gait, angle_rounding=0.0).tilt_margin or 0.0) > 0.7
 
 
 @pytest.mark.parametrize("seed", range(6))

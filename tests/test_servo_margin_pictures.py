@@ -9,35 +9,9 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.explorer.map_query import map_answer
-from gaitgraph.invertibility.error_margins import _Hover, servo_margins_found
+from gaitgraph.invertibility.error_margins import servo_margins_found
 from gaitgraph.plots import servo_margin_map
 from gaitgraph.robustness import servo_margin
-
-LIMITED = gg.PAPER.replace(max_thrust=8.0, mass=1.0)
-
-
-@pytest.mark.parametrize("vehicle", [gg.PAPER, LIMITED], ids=["paper", "limited"])
-@pytest.mark.parametrize("floor", [0.0, 0.05, 0.4])
-def test_broken_conditions_are_those_of_the_inverse(
-    vehicle: gg.Vehicle, floor: float
-) -> None:
-    hover = _Hover(vehicle, floor)
-    angle = np.random.default_rng(3).uniform(-1.6, 1.6, (4000, 4))
-    angle[::2, 2:] = angle[::2, :2]
-    matrices = hover.matrices(angle, np.zeros_like(angle))
-    determinants = np.linalg.det(matrices)
-    shares = np.linalg.inv(matrices)[..., 3] * hover.level.rotors.thrust_signs
-    least = np.linalg.svd(matrices, compute_uv=False)[:, -1]
-    for sign in (1.0, -1.0):
-        expected = [
-            sign * determinants <= 0,
-            (sign * determinants[:, None] * shares <= 0).any(axis=1),
-            (sign * determinants[:, None] * (shares - hover.most) > 0).any(axis=1),
-            least < floor,
-        ]
-        broken = hover.broken(matrices, sign)
-        assert (broken == expected).all()
-        assert not broken.any(axis=0).all()
 
 
 def test_margins_of_postures_are_those_of_the_search() -> None:

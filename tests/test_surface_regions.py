@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from itertools import pairwise, product
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +31,6 @@ from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface import servo_margin_region
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.blocks import directions, roll_block, yaw_block
-from gaitgraph.surface.borders import Border, Waves, zeros_of
 from gaitgraph.surface.flight_regions import (
     QUARTERS,
     hover_quarter_of,
@@ -325,32 +324,6 @@ def test_components_of_a_grid_and_labels_are_the_same(vehicle: Vehicle) -> None:
 
 
 @every(SQUARE)
-def test_regions_of_a_sign_have_seven_components_each_of_one_label(
-    vehicle: Vehicle,
-) -> None:
-    at = np.random.default_rng(3).uniform(-HALF_PI, HALF_PI, (3000, 2))
-    signs = red_label(at[:, 0], at[:, 1], vehicle).prod(axis=1)
-    labels = []
-    for sign in SIGNS:
-        region = sign_region(sign, vehicle, accuracy=1e-4)
-        assert (signs[region.contains(at)] == WANTED[sign]).all()
-        assert shapely.covers(
-            region.outer, shapely.points(at[signs == WANTED[sign]])
-        ).all()
-        for part in region.components:
-            # Midpoints of the sides: no chord of the border leaves its component.
-            corners = np.asarray(part.exterior.coords)
-            middles = (corners[1:] + corners[:-1]) / 2
-            of_part = np.unique(
-                red_label(middles[:, 0], middles[:, 1], vehicle), axis=0
-            )
-            assert len(of_part) == 1
-            labels.append(tuple(of_part[0].tolist()))
-    # Each combination of the signs of three factors but one is a component.
-    assert len(set(labels)) == len(labels) == 7
-
-
-@every(SQUARE)
 def test_lines_and_curves_between_two_points_are_named(vehicle: Vehicle) -> None:
     kappa = vehicle.signed_drag_ratio
     side, delta = math.copysign(1.0, kappa), math.atan(kappa)
@@ -577,79 +550,3 @@ def test_what_is_called_borne_is_borne_and_what_was_found_to_break_is_not(
 
 
 # Sums of cosines, and their borders
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_waves_are_a_function_and_bend(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    size, phase = rng.normal(size=3), rng.uniform(0, 6, 3)
-    turns = rng.integers(-2, 3, (3, 2))
-
-    def function(alpha1: FloatArray, alpha2: FloatArray) -> FloatArray:
-        angles = np.outer(alpha1, turns[:, 0]) + np.outer(alpha2, turns[:, 1])
-        return np.cos(angles - phase) @ size + 0.5
-
-    one, at = Waves.of(function), rng.uniform(-3, 3, (50, 2))
-    np.testing.assert_allclose(one.at(at), function(*at.T), atol=1e-12)
-    np.testing.assert_allclose(one.transposed().at(at[:, ::-1]), one.at(at), atol=1e-12)
-    np.testing.assert_allclose(
-        one.scaled(2.0, -1.0).at(at), 2 * one.at(at) - 1, atol=1e-12
-    )
-    angle, step = 0.7 * seed, 1e-4
-    along = np.tile([math.cos(angle), math.sin(angle)], (50, 1))
-    left = np.column_stack([-along[:, 1], along[:, 0]])
-    ahead, behind = one.at(at + step * along), one.at(at - step * along)
-    value, slope, side, bend = one.along(at, along)
-    np.testing.assert_allclose(value, one.at(at), atol=1e-12)
-    np.testing.assert_allclose((ahead - behind) / (2 * step), slope, atol=1e-6)
-    np.testing.assert_allclose(one.along(at, left)[1], side, atol=1e-12)
-    bends = (ahead - 2 * one.at(at) + behind) / step**2
-    np.testing.assert_allclose(bends, bend, atol=1e-6)
-    assert (np.abs(bends) <= one.most(2) + 1e-6).all()
-    wave = Waves.of(lambda alpha1, alpha2: -3.0 * np.cos(2 * alpha1 - alpha2))
-    assert wave.most(3) == pytest.approx(3 * 5**1.5)
-
-
-def test_deviation_bounds_how_far_a_curve_is_from_its_chords() -> None:
-    """cos x + cos y = 2 − ε: its true distance from a chord by bisection along rays."""
-    level = 2 - 0.02
-    border = Border(Waves.of(lambda alpha1, alpha2: np.cos(alpha1) + np.cos(alpha2)))
-    border = Border(border.rest.scaled(1.0, -level))
-
-    def at(angle: FloatArray) -> FloatArray:
-        rays = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        low, high = np.zeros(len(rays)), np.ones(len(rays))
-        for _ in range(60):
-            middle = (low + high) / 2
-            inside = np.cos(middle[:, None] * rays).sum(axis=1) > level
-            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-        return low[:, None] * rays
-
-    for first, second in pairwise(np.linspace(0, 2 * math.pi, 60)):
-        arc = at(np.linspace(first, second, 9))
-        p, q = arc[0], arc[-1]
-        bound = float(border.deviation(p[None], q[None], 0.004)[0])
-        normal = np.array([-(q - p)[1], (q - p)[0]]) / math.dist(p, q)
-        true = np.abs((arc - p) @ normal).max()
-        assert true <= bound < 2 * true
-    # A rectangle that reaches the other side of the circle certifies nothing.
-    p, q = at(np.array([0.0, 0.1]))
-    assert border.deviation(p[None], q[None], 0.4)[0] == np.inf
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_zeros_of_a_trigonometric_polynomial(seed: int) -> None:
-    a = np.random.default_rng(seed).normal(size=5)
-    if seed == 0:
-        a = np.array([-1.0, 1.0, 0.0, 0.0, 0.0])  # cos x − 1: a double zero
-
-    def value(x: Any) -> Any:
-        waves = np.cos(x), np.sin(x), np.cos(2 * x), np.sin(2 * x)
-        return a[0] + np.tensordot(a[1:], np.stack(waves), axes=1)
-
-    zeros = zeros_of(value(2 * math.pi * np.arange(8) / 8))
-    x = np.linspace(-math.pi, math.pi, 20001)
-    changes = x[:-1][value(x[:-1]) * value(x[1:]) < 0]
-    assert all(np.abs(zeros - change).min() < 1e-3 for change in changes)
-    assert seed or np.abs(zeros).min() < 1e-6
-    assert (np.abs(value(zeros)) < 1e-3).all()

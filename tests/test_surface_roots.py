@@ -35,8 +35,6 @@ from gaitgraph.surface.sheets import (
     sheet_distances,
     sheet_jumps,
     text_from_types,
-    types_at,
-    types_contradict,
     types_from_text,
     types_may_be_adjacent,
     types_of,
@@ -331,15 +329,6 @@ def test_labels_mean_their_signs(label: str) -> None:
     assert types_from_text(label) == codes
     assert types_from_text(label.replace("-", "−")) == codes  # as the paper prints it
     assert types_from_text(f"  ( {label[1]} , {label[3]} )\n") == codes
-
-
-def test_types_have_the_sign_of_the_color() -> None:
-    types = np.transpose(types_at([(0.5, 0.5, 0, 0)] * 3, [1, -1, 0], EXACT, 0.1))
-    assert types.tolist() == [[1, 1], [-1, -1], [0, 0]]
-    pairs = [(1, 1), (-1, 0), (0, 0)]
-    assert types_contradict(pairs, [1] * 3).tolist() == [False, True, False]
-    assert types_contradict(pairs, [-1] * 3).tolist() == [True, False, False]
-    assert not types_contradict(pairs, [0] * 3).any()
 
 
 # Colors of rows, and jumps between them

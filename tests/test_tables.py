@@ -5,10 +5,8 @@ from __future__ import annotations
 import csv
 import json
 import re
-import tracemalloc
 import warnings
 from dataclasses import replace
-from io import DEFAULT_BUFFER_SIZE, RawIOBase
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -464,41 +462,3 @@ def test_a_column_that_writing_needs_is_named(
     with pytest.raises(gg.InputError, match=f"column '{missing}' is missing") as caught:
         write_tables(table, [tmp_path / "gait.csv"], **options)
     assert caught.value.field == missing
-
-
-class Sink(RawIOBase):
-    """A stream that takes the bytes of a file, up to 1,000 at once."""
-
-    def __init__(self, path: Path) -> None:
-        self.content = path.read_bytes()
-        self.taken = 0
-
-    def write(self, piece: Any) -> int:
-        assert len(piece) <= DEFAULT_BUFFER_SIZE
-        some = bytes(piece[:1000])
-        assert self.content.startswith(some, self.taken)
-        self.taken += len(some)
-        return len(some)
-
-
-def test_json_of_many_rows_is_written_in_pieces(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    angles = np.random.default_rng(1).uniform(-1, 1, (20_000, 4))
-    table = table_from(angles, color=("red",) * 20_000)
-    path = tmp_path / "gait.json"
-    monkeypatch.setattr("gaitgraph.io.text_files._AT_ONCE", 500)
-    write_tables(Table(columns={}), [tmp_path / "first.json"])
-    tracemalloc.start()
-    write_tables(table, [path])
-    most = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    # Built as a whole it takes more than the size of the file.
-    assert most < 0.5 * path.stat().st_size
-    sink: Any = Sink(path)
-    write_tables(table, [sink], format="json")
-    assert sink.taken == len(sink.content)
-    columns = {name: np.asarray(table[name]).tolist() for name in table.columns}
-    assert json.loads(sink.content)["columns"] == columns
-    text = json.dumps(columns["alpha1"])
-    assert f'"alpha1": {text},\n'.encode() in sink.content

@@ -155,28 +155,6 @@ def test_the_motion_of_rows_passes_their_rates_and_accelerations() -> None:
 # -- Entries and exits
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_entry_gait_and_exit_join_in_angle_and_rate(kind: str) -> None:
-    motion = moving(kind)
-    entry, leaving = gg.transition("hover", motion), gg.transition(motion, "hover")
-    first = np.concatenate(motion.at(0.0))
-    own = slice(KINDS[kind])
-    np.testing.assert_allclose(row_of(entry.table, -1)[own], first[own], atol=1e-9)
-    np.testing.assert_allclose(row_of(leaving.table, 0), first, atol=1e-9)
-    np.testing.assert_allclose(row_of(entry.table, 0), 0.0, atol=1e-9)
-    np.testing.assert_allclose(row_of(leaving.table, -1), 0.0, atol=1e-9)
-    for path in (entry, leaving):
-        assert path.report.flyable, path.reason
-        assert path.table["t"][-1] == path.timed.period
-        # No step between rows is larger than the rates allow.
-        t = path.table["t"]
-        slopes = np.abs(np.diff(path.table.alpha, axis=0)).max() / t[1]
-        assert slopes <= path.timed.peaks(1).max() * (1 + 1e-9)
-    runs = [entry.run_up, entry.run_down, leaving.run_up, leaving.run_down]
-    assert [run is None for run in runs] == [False, True, True, False]
-    assert str(entry).startswith("From hover to row 1 (")
-
-
 def test_from_gait_to_gait_the_one_stops_and_the_other_starts() -> None:
     path = gg.transition(rounded(), moving("slower"), duration=0.7, rate=200)
     timed: Any = path.timed

@@ -435,17 +435,6 @@ def test_wrong_types_and_R_are_reported_beyond_one_percent(sign: int) -> None:
     assert f"row 27 states R = {stated[26]:.4g}, but R is {table['R'][26]:.4g}" in of_R
 
 
-@pytest.mark.parametrize("color", ["red", "blue"])
-@pytest.mark.parametrize("turn", range(3))
-def test_rows_where_the_sheets_meet_take_the_color_of_their_neighbours(
-    color: str, turn: int
-) -> None:
-    points = [(EXACT.delta, -EXACT.delta), (0.5, -0.6), (0.6, -0.3)]
-    gait = lift(np.roll(points, turn, axis=0), color, coefficients=EXACT)
-    report = validate(table_from(gait.alpha), coefficients="exact")
-    assert f"({color})" in report["two_color"].message
-
-
 def test_options_of_checks_are_passed_on() -> None:
     gait = lift(G3.angles, "red")
     bent = Gait(alpha=gait.alpha + np.array([0, 0, 1e-2, 0]), colors=gait.colors)

@@ -354,6 +354,14 @@ def test_a_list_of_four_rotors_is_printed_as_a_vehicle_that_plans(run: Any) -> N
     assert ranges[0][1] > 3.14
 
 
+def test_a_singular_matrix_between_rows_is_found() -> None:
+    rows = [[0.0] * 4, [1.0, -1.0, 1.0, -1.0]]
+    crossing = validate_geometry(rows, Geometry.of_vehicle(gg.PAPER))
+    assert not crossing.flyable
+    assert "row 1 and" in str(crossing)
+    assert (crossing.checks[0].value or 0.0) < 1e-3
+
+
 def test_an_error_of_our_own_code_is_not_called_an_error_of_the_engine(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -405,6 +413,7 @@ vehicles --output x.xml | --output must be a file .xml, with the name of one veh
 vehicles paper --output x.urdf | --output must be a file .xml
 vehicles light.toml --output x.xml | states no mass
 validate gait3 --vehicle good.params --coefficients exact | --coefficients must be omitted for rotors
+validate four.csv --vehicle good.params --require valid | --require must be flyable for rotors of any geometry
 validate five.csv --vehicle good.params | column 'alpha4' is missing; columns must be alpha1
 validate four.csv --vehicle still.toml | tilt_axis must be other than zero for at least one rotor
 validate four.csv --vehicle bad.toml | vehicle file 'bad.toml': position must be numbers within ±1000
