@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from io import BytesIO
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,10 +24,6 @@ from gaitgraph.flight.simulation import (
 from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.vehicle import PAPER
 from tests.samples import HOVER, RED, cases, flown_by, gait_of_paper
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 pytest.importorskip("mujoco")
 
@@ -214,7 +211,7 @@ def test_to_settle_is_to_come_within_tolerance_and_stay() -> None:
 # The record
 
 
-def test_a_record_has_the_numbers_of_its_rows(tmp_path: Path) -> None:
+def test_a_record_has_the_numbers_of_its_rows() -> None:
     settings = short(reference="hover")
     flight = fly(RED, settings=settings, attitude=(0.3, -0.2))
     roll, pitch = flight.column("roll"), flight.column("pitch")
@@ -236,8 +233,10 @@ def test_a_record_has_the_numbers_of_its_rows(tmp_path: Path) -> None:
         assert part in str(flight)
     assert list(flight.table.columns) == list(COLUMNS)
     assert flight.table.about["flight"]["attitude"] == [0.3, -0.2]
-    flight.write(tmp_path / "flight.npz")
-    with np.load(tmp_path / "flight.npz") as archive:
+    stream = BytesIO()
+    flight.write(stream, format="npz")
+    stream.seek(0)
+    with np.load(stream) as archive:
         np.testing.assert_array_equal(archive["thrust3"], flight.column("thrust3"))
 
 

@@ -246,6 +246,7 @@ def test_each_branch_without_a_loop_says_what_is_in_its_way(
             assert str(number) in refusal.message
         if refusal.kind == "waypoint":
             point = plan.request.waypoints[refusal.waypoints[0] - 1]
+            assert ("R = 0, " in refusal.message) is (obstacle == "R = 0")
             expected = abs(R_on_sheet(refusal, point))
             rough = 2e-3 if "coefficients" in options else 1e-12
             assert abs(refusal.R or 0.0) == pytest.approx(expected, abs=rough)
