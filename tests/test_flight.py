@@ -272,6 +272,9 @@ def test_a_period_is_flown_where_no_duration_is_stated(
 CIRCLE = short(duration=1.0, reference="circle", lap=2.0, size=0.1)
 
 
+ASCENDING = gait_of_paper(4).parametrize(1.0)
+
+
 @pytest.mark.parametrize(
     ("flown", "part"),
     cases("""
