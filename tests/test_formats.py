@@ -338,8 +338,9 @@ def test_numpy_reads_the_archive(planned: TimedGait) -> None:
 def test_scipy_reads_the_matlab_file(planned: TimedGait) -> None:
     planned.write("gait.mat")
     content = loadmat("gait.mat", squeeze_me=True, chars_as_strings=True)
-    head = Path("gait.mat").read_bytes()[:116].decode().rstrip()
-    assert head == f"MATLAB 5.0 MAT-file, written by gaitgraph {gg.__version__}"
+    head = f"MATLAB 5.0 MAT-file, written by gaitgraph {gg.__version__}"
+    start = Path("gait.mat").read_bytes()[:117].decode()
+    assert start == head.ljust(116) + "\0"
     assert loadmat("gait.mat")["t"].shape == (13, 1)
     for name, values in planned.columns.items():
         stripped = [str(value).strip() for value in content[name].tolist()]

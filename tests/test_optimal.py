@@ -199,7 +199,7 @@ def test_a_deadline_ends_the_improvement_of_a_gait_and_says_so() -> None:
     discs = GAITS[3].angles
     rounds: list[str] = []
     late = optimal_gait(discs, deadline=0.0)
-    whole = optimal_gait(discs, progress=rounds.append)
+    whole = optimal_gait(discs, progress=rounds.append, deadline=1e6)
     assert rounds[0].startswith("round 1, effort")
     assert late.report.flyable
     assert late.value == pytest.approx(whole.value, rel=1e-2)

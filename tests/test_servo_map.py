@@ -205,6 +205,7 @@ def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str) -> 
         first_arm_angle=servo_map.first_arm_angle,
         first_rotor_spin=servo_map.first_rotor_spin,
     )
+    assert abs(servo_map.first_arm_angle) == math.pi / 4
     servo_map.check_vehicle(vehicle)
     servo_map.check_vehicle(
         vehicle.replace(first_arm_angle=0.6 * servo_map.first_arm_angle)
@@ -275,6 +276,7 @@ integer=True | integer must be left out for the unit 'rad'
 us_per_rad=400 | us_per_rad must be left out for the unit 'rad'
 limits=["1rad", "-1rad"] | limits must be .*in this order
 limits=3 | limits must be
+limits=[-math.inf, 1] | limits must be
 sign=2 | sign must be 1 or −1
 zero="5dg" | zero must be
 clip=1 | clip must be

@@ -41,6 +41,8 @@ class Digits(Record):
 
         >>> Digits(decimals=3, figures=4).half_units(np.array([0.393, -1.2])).tolist()
         [0.0005, 0.0005]
+        >>> Digits(figures=3, unit=0.01).half_units(np.array([0.393])).tolist()
+        [0.0005]
         """
         size = np.maximum(np.abs(values) / self.unit, 1e-300)
         whole = np.floor(np.log10(size) + 1e-12)

@@ -510,7 +510,11 @@ def wrong_types(table: Table, codes: npt.NDArray[np.int8]) -> npt.NDArray[np.boo
 
 
 def colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
-    """Return the color of the sheet that each point lies on, to within 2e-3 rad; none if one lies on none."""
+    """Return the color of the sheet that each point lies on, to within 2e-3 rad; none if one lies on none.
+
+    >>> colors_of(np.array([[0.4, -0.4, 0.4, -0.4], [0.4, -0.4, 0.8, -0.4]]), coefficients_of(PAPER))
+    ()
+    """
     codes = colors_along(alpha, coefficients, DEFAULT_TOLERANCE)
     if not codes.all():
         return ()

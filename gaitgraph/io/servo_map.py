@@ -633,7 +633,7 @@ def _positions(tilts: FloatArray, joint: Joint, servo_map: ServoMap) -> FloatArr
         values = np.clip(np.round(values, joint.decimals), *joint.bounds)
     if joint.integer:
         return np.rint(values).astype(np.int64)
-    return np.asarray(values + 0.0)
+    return values
 
 
 def clipped_table(table: Table, servo_map: ServoMap) -> tuple[Table, dict[str, int]]:
