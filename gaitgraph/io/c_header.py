@@ -248,10 +248,10 @@ def _rows_of(values: FloatArray) -> str:
 
 def _quality_of(table: Table, times: FloatArray, rates: FloatArray) -> _Quality:
     """Return how far the cubics through a table's rows are off the gait, and their peaks."""
-    longest = float(np.diff(times).max())
     if table.motion is not None:
-        off = _proven_error(table, table.motion, longest)
+        off = _proven_error(table, table.motion, times)
     else:
+        longest = float(np.diff(times).max())
         changes = np.diff(accelerations_of(table), 2, axis=0)
         off = longest**2 * float(np.abs(changes).max(initial=0.0)) / _CUBIC_SHARE
     rate, acceleration = cubic_peaks(
@@ -288,7 +288,7 @@ def cubic_peaks(
     return float(rate), float(acceleration)
 
 
-def _proven_error(table: Table, motion: TimedGait, step: float) -> float:
+def _proven_error(table: Table, motion: TimedGait, times: FloatArray) -> float:
     """Return a bound of the error of the cubics through a table's floats against the motion that it samples [rad].
 
     For a cubic with the values and slopes of both ends it is h⁴/384·max|f⁗|. Over a corner, where f‴ jumps, it is
@@ -296,18 +296,18 @@ def _proven_error(table: Table, motion: TimedGait, step: float) -> float:
     are off by a and rates that are off by b, as floats are, add a + h·b/4.
     """
     tilts = tilts_from_joints(table.columns, servos_of(table))
-    seconds = table["t"] - table["t"][0]
+    step = float(np.diff(times).max())
     off = []
-    for names, values in zip((ANGLES, RATES), motion.at(seconds), strict=False):
+    for names, values in zip((ANGLES, RATES), motion.at(times), strict=False):
         written = np.column_stack([tilts[name] for name in names])
         stated = np.column_stack([table[name] for name in names])
         by_float = np.abs(stated - stated.astype(np.float32)).max()
         off.append(by_float + np.abs(written - values).max())
     second, third, fourth = (float(motion.peaks(order).max()) for order in (2, 3, 4))
     corners = motion.corner_times
-    after = np.searchsorted(seconds[1:-1], corners)
+    after = np.searchsorted(times[1:-1], corners)
     nearest = np.minimum(
-        np.abs(corners - seconds[after]), np.abs(corners - seconds[after + 1])
+        np.abs(corners - times[after]), np.abs(corners - times[after + 1])
     )
     between_rows = min(step**2 / 16 * second, step**3 / 96 * third)
     if nearest.max() <= _NANOSECOND:

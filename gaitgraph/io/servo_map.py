@@ -202,7 +202,11 @@ class Joint(Record):
 
     @property
     def decimals(self) -> int | None:
-        """Decimals of its column: 0.1 µs, or finer where that is more than 1e-3 rad; None for full precision."""
+        """Decimals of its column: 0.1 µs, or finer where that is more than 1e-3 rad; None for full precision.
+
+        >>> Joint(name="a", column="a", rotor=1, unit="us", us_per_rad=50.0).decimals
+        2
+        """
         if self.us_per_rad is None:
             return None
         if self.integer:
@@ -693,6 +697,9 @@ def tilts_from_joints(
     >>> found = tilts_from_joints({f"tilt{k}_deg": [10.0 * k] for k in (1, 2, 3, 4)}, servos)
     >>> [found[f"alpha{k}"].round(4).item() for k in (1, 2, 3, 4)]
     [0.5236, 0.3491, 0.6981, 0.1745]
+    >>> turned = servo_map_from_mapping({"joint": [{"rotor": k, "sign": -1} for k in (1, 2, 3, 4)]})
+    >>> tilts_from_joints({joint.column: [0.0] for joint in turned.joints}, turned)["alpha1"].tolist()
+    [0.0]
     """
     servo_map = servo_map_named(servo_map)
     servo_map.check_columns(list(columns))
