@@ -209,19 +209,6 @@ def test_peaks_between_rows_are_stated(tmp_path: Path, rounding: str | None) -> 
         assert peak > limit
 
 
-def test_rows_and_rates_are_met_and_an_open_table_ends(
-    angles: Callable[..., FloatArray],
-) -> None:
-    for name in ("gait-3 a", "coarse", "int", "open"):
-        table = CASES[name]
-        assert np.abs(angles(name, table["t"]) - table.alpha).max() <= ROUNDING
-    step = 1e-4
-    near = [angles("gait-3 a", SMOOTH.t + shift) for shift in (-step, 0.0, step)]
-    assert np.abs(np.diff(near, axis=0) / step - SMOOTH.rates).max() < 0.05
-    ends = angles("open", [-0.1, 0.4])
-    assert np.abs(ends - OPEN.alpha[[0, -1]]).max() <= ROUNDING
-
-
 @pytest.mark.parametrize("name", ["int", "bare", "point"])
 def test_without_accelerations_rows_are_joined_by_straight_lines(
     angles: Callable[..., FloatArray], name: str

@@ -174,14 +174,6 @@ def test_a_long_series_is_as_fine_as_a_chart() -> None:
     assert series["t"] == pytest.approx(np.linspace(0, 1, 401))
 
 
-def test_the_vehicle_is_drawn_by_its_places_and_frames() -> None:
-    view = plan_answer({})["vehicle_view"]
-    assert "-0.0" not in json.dumps(view)
-    assert view["places"] == [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
-    assert view["frames"][1] == [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    assert view["clockwise"] == [True, False, True, False]
-
-
 def test_a_vehicle_that_is_not_symmetric_is_planned_drawn_and_kept_in_files() -> None:
     corners = [[-0.8, 0.8], [-0.8, 0.7], [-0.9, 0.8]]
     state = {"vehicle": LEANING.as_mapping(), "waypoints": corners}

@@ -130,15 +130,6 @@ def test_a_gait_is_repeated_in_tables(suffix: str, servos: str | None) -> None:
     assert len(read_table("again.csv")) == 49
 
 
-def test_a_path_is_not_repeated_in_a_table() -> None:
-    path = gg.transition("hover", "gait4").table
-    with pytest.raises(
-        gg.InputError, match="periods must be 1 for a table that is run once"
-    ):
-        write_tables(path, ["two.csv"], periods=2)
-    assert not Path("two.csv").exists()
-
-
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("stated", [(), ("color", "types", "R")])
 def test_a_table_is_completed(closed: bool, stated: tuple[str, ...]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,13 +25,9 @@ from gaitgraph.optimization.least_effort import (
 from gaitgraph.optimization.optimize import CLEARANCE
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Discs, component_meeting
-from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
 from tests.samples import on_red
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 # It finds a gait here, which types cannot know.
 optimal_gait: Any = optimize.optimal_gait
@@ -183,16 +179,6 @@ def test_rates_are_judged_along_the_curve() -> None:
         np.testing.assert_allclose(found.timed().peaks(order), peaks, rtol=1e-3)
         assert found.report[name].value == pytest.approx(peaks.max(), rel=1e-3)
     assert optimal_gait(SQUARE, period=90.0, **asked).report.flyable
-
-
-def test_tables_and_json_are_read_again(tmp_path: Path) -> None:
-    found = found_in("reserve")
-    table = found.table(samples=200)
-    slopes = np.gradient(table["alpha1"], table["t"])[1:-1]
-    np.testing.assert_allclose(table["alpha1_rate"][1:-1], slopes, atol=0.02)
-    (tmp_path / "gait.json").write_text(json.dumps(found.as_mapping()))
-    assert validate(tmp_path / "gait.json").flyable
-    assert f"any gait through these discs has at most {found.bound:.4f}" in str(found)
 
 
 def test_a_deadline_ends_the_improvement_of_a_gait_and_says_so() -> None:

@@ -155,21 +155,6 @@ def test_ends_of_the_range_come_back_inside_it() -> None:
         assert np.abs(Table(columns=columns).alpha).max() <= math.pi / 2
 
 
-@pytest.mark.parametrize(
-    "given", ["bench.toml", "x_frame", PULSES, servo_map_from_mapping(PULSES)]
-)
-def test_a_map_is_taken_in_every_form(given: Any, servos: str) -> None:
-    write_tables(TABLE, ["servos.csv"], servos=given)
-    export(TABLE, ["exported.csv"], servos=given)
-    text = Path("servos.csv").read_text()
-    assert text == Path("exported.csv").read_text()
-    # Without what made it, it is a table from elsewhere.
-    bare = [",".join(line.split(",")[:5]) for line in text.splitlines()]
-    Path("bare.csv").write_text("\n".join(bare))
-    back = read_table("bare.csv", joints=given)
-    np.testing.assert_allclose(back.alpha, TABLE.alpha, rtol=0, atol=2e-4)
-
-
 @pytest.mark.parametrize("rounding", [None, "2deg"])
 def test_peaks_of_rounded_pulses_are_never_above_those_of_the_gait(
     rounding: str | None, servos: str

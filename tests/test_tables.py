@@ -20,9 +20,7 @@ from gaitgraph.gait.given import gait_of
 from gaitgraph.gait.table import (
     ANGLES,
     ORDER,
-    RATES,
     Table,
-    accelerations_of,
     provenance_text,
 )
 from gaitgraph.invertibility.coefficients import coefficients_of
@@ -145,21 +143,6 @@ def test_quotation_marks_hold_texts_whole_and_swallow_nothing(tmp_path: Path) ->
         assert len(read_table(written(path, f"note,{HEAD}", *broken))) == 3000
 
 
-@pytest.mark.parametrize(
-    ("alpha", "expected"),
-    [
-        ([0.1, 0.2, 0.3, 0.4], [1, 1.5, -0.5, -3]),  # over one step at its ends
-        ([0.1, 0.2, 0.3, 0.1], [-1, 1.5, -0.5, -1]),  # it goes on at its first row
-    ],
-)
-def test_accelerations_are_slopes_of_rates_over_two_steps(
-    alpha: list[float], expected: list[float]
-) -> None:
-    rates: dict[str, Any] = dict.fromkeys(RATES, np.array([0.0, 1.0, 3.0, 0.0]))
-    table = table_from(np.transpose([alpha] * 4), t=np.arange(4.0), **rates)
-    np.testing.assert_allclose(accelerations_of(table)[:, 2], expected)
-
-
 # What is refused
 
 NUMBER = "must be a finite number"
@@ -237,21 +220,6 @@ def test_rows_and_lines_are_counted_through(tmp_path: Path) -> None:
     ):
         path = written(tmp_path / "gait.csv", *lines[:23], text, *lines[24:])
         assert message in refusal(path)
-
-
-@pytest.mark.parametrize("suffix", [".csv", ".json", ".npz", ".mat", ".parquet"])
-def test_files_that_cannot_be_read(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"gait{suffix}"
-    if suffix in (".csv", ".json"):
-        path.write_bytes(b"\xff\xfe\0")
-        assert "must be UTF-8 text, got other bytes" in refusal(path)
-        path.unlink()
-    for told in ("No such file", "Is a directory"):
-        with pytest.raises(gg.errors.FileProblem, match=told):
-            read_table(path)
-        path.mkdir(exist_ok=True)
-    with pytest.raises(gg.InputError, match="must have one of the suffixes .csv,"):
-        read_table(tmp_path / "gait.xlsx")
 
 
 # What a file states about its making
@@ -409,16 +377,6 @@ def test_rows_that_no_thrusts_hold_have_no_columns_of_thrust() -> None:
     weightless = gg.lift([(-0.4, 0.4), (-0.4, 0.9)], "red", vehicle=massless)
     for gait in (pulling, weightless):
         assert "thrust1" not in gait.parametrize().columns
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [("x.txt", "must have one of the suffixes"), ("x.m", r"Octave load \.mat")],
-)
-def test_outputs_that_cannot_be(tmp_path: Path, name: str, message: str) -> None:
-    with pytest.raises(gg.GaitgraphError, match=message):
-        TIMED.write(tmp_path / "good.csv", tmp_path / name)
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("force", [True, False])

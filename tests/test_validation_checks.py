@@ -186,17 +186,6 @@ def test_a_corner_off_the_sheet_of_its_color_is_named(
     assert check.follows_from == ("on_surface" if off else None)
 
 
-def test_a_biased_gait_is_on_no_sheet_and_that_alone_is_wrong() -> None:
-    report = lift(GAITS[2].angles, "red").biased(0.8).check()
-    broken = [check for check in report.checks if check.broken]
-    assert [check.name for check in broken] == ["on_surface", "two_color", "continuous"]
-    assert [check.follows_from for check in broken[1:]] == ["on_surface"] * 2
-    assert "lies on neither sheet" in broken[0].message
-    assert report.reachable_from_hover is False
-    home = lift(GAITS[3].angles, "red").biased(0.9).check()
-    assert home.reachable_from_hover is None
-
-
 @pytest.mark.parametrize("factor", [1.0, 1 - 1e-9])
 def test_a_value_at_its_tolerance_is_within_it(factor: float) -> None:
     """A blue row beside blue, as far as the tolerance, is on blue; so is the rounding that is inferred."""

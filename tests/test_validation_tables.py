@@ -435,17 +435,6 @@ def test_wrong_types_and_R_are_reported_beyond_one_percent(sign: int) -> None:
     assert f"row 27 states R = {stated[26]:.4g}, but R is {table['R'][26]:.4g}" in of_R
 
 
-def test_options_of_checks_are_passed_on() -> None:
-    gait = lift(G3.angles, "red")
-    bent = Gait(alpha=gait.alpha + np.array([0, 0, 1e-2, 0]), colors=gait.colors)
-    for flat, other in ((gait, bent), (gait.parametrize(), bent.parametrize())):
-        assert validate(flat).flyable
-        assert not validate(flat, floor=0.6).flyable
-        assert not validate(flat, angle_rounding=1.0)["R_sign"].decided
-        assert not validate(other).valid
-        assert validate(other, tolerance=0.2).valid
-
-
 def test_colourings_are_of_loops_in_the_square_and_of_long_tables_a_number() -> None:
     side = Gait(alpha=[[math.pi / 2, 0.3, math.pi / 2, 0.3]], colors=("red",))
     assert validate(side).listing is not None
