@@ -159,13 +159,15 @@ def test_cubics_are_as_near_to_the_gait_as_they_say(
     times = some_times(timed.period, timed.samples)
     off = np.abs(angles(name, times) - timed.at(times).alpha).max()
     write_tables(CASES[name], [tmp_path / "g.h"])
+    assert f" of {timed.period:g} s [rad]" in (tmp_path / "g.h").read_text()
     most = stated_error(tmp_path / "g.h")
     assert off <= most + ROUNDING
     assert most <= (1e-3 if timed is SMOOTH else 5e-3)
 
 
 def test_the_error_of_rows_that_state_no_motion_is_estimated(tmp_path: Path) -> None:
-    write_tables(Table(columns=WHOLE.columns), [tmp_path / "g.h"])
+    late = {"t": WHOLE["t"] + 1.0}
+    write_tables(Table(columns=WHOLE.columns | late), [tmp_path / "g.h"])
     times = np.linspace(0.0, SMOOTH.period, 20_001)
     cubic = CubicHermiteSpline(SMOOTH.t, SMOOTH.alpha, SMOOTH.rates)
     off = np.abs(cubic(times) - SMOOTH.at(times).alpha).max()

@@ -260,6 +260,14 @@ class Gait(Pictured):
         return f"<Gait: {self.sheet_in_words}, {self.size_text}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
+        """Return a title, and the first corners as a table.
+
+        >>> lines = str(lift([(0.1 * k, -0.4) for k in range(13)], "red")).splitlines()
+        >>> lines[-1]
+        '  … and 1 more'
+        >>> str(lift([(0.4, -0.4), (0.8, -0.4)], "red")).splitlines()[0]
+        'Gait, red: 2 corners, 0.8000 rad around, R -6.85 to -4.98 at its corners'
+        """
         signs = f"R {self.R.min():.3g}"
         if len(self.alpha) > 1:
             signs += f" to {self.R.max():.3g} at its corners"
@@ -471,7 +479,12 @@ def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gai
 
 
 def name_of(gait: Gait) -> str:
-    """Return the name of a gait in pictures: "Gait 3", "Gait 3 biased by 0.8", or else its color."""
+    """Return the name of a gait in pictures: "Gait 3", "Gait 3 biased by 0.8", or else its color.
+
+    >>> third = paper_gait(3, PAPER, coefficients_of(PAPER))
+    >>> name_of(third), name_of(third.biased(0.8)), name_of(lift([(0.4, -0.4)], "red"))
+    ('Gait 3', 'Gait 3 biased by 0.8', 'Red gait')
+    """
     if gait.vehicle.asymmetry is not None:
         return "Gait on a curved sheet"
     rows = gait.alpha

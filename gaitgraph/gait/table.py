@@ -404,6 +404,10 @@ def even_times(table: Table) -> FloatArray:
     """Return the times of a table [s]; if they are evenly spaced times, rounded to their digits, then these, not rounded.
 
     They are even over the period that the table states, if it states as many samples, else from its first row to its last.
+
+    >>> rounded = {"t": np.array([0.0, 0.333, 0.667, 1.0])}
+    >>> even_times(Table(columns=rounded, digits={"t": Digits(decimals=3)})).tolist()[1] == 1 / 3
+    True
     """
     t: FloatArray = table["t"]
     seconds = t[-1] - t[0]
