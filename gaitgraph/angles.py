@@ -225,6 +225,8 @@ def text_from_angle(angle: float) -> str:
 
     >>> text_from_angle(-3 * math.pi / 8), text_from_angle(0.3), text_from_angle(0.0)
     ('-3π/8', '0.3000', '0')
+    >>> [text_from_angle(math.pi / 8 + off) for off in (0.9e-9, 1.1e-9, -1.1e-9)]
+    ['π/8', '0.3927', '0.3927']
     """
     angle = angle_from_text(angle)
     whole = round(angle * 32 / math.pi)
@@ -253,8 +255,10 @@ def figure(number: float, digits: int = 3) -> str:
 def figures_apart(value: float, limit: float, digits: int = 3) -> tuple[str, str]:
     """Return a value and the limit that it breaks with as many significant digits as tell them apart, up to 12.
 
-    >>> figures_apart(60.0004, 60.0), figures_apart(71.23, 60.0)
-    (('60.0004', '60'), ('71.2', '60'))
+    >>> figures_apart(60.0004, 60.0), figures_apart(71.23, 60.0), figures_apart(1.00254, 1.0)
+    (('60.0004', '60'), ('71.2', '60'), ('1.003', '1'))
+    >>> figures_apart(1 + 1e-11, 1.0), figures_apart(1 + 1e-13, 1.0)
+    (('1.00000000001', '1'), ('1', '1'))
     """
     while digits < 12 and figure(value, digits) == figure(limit, digits):
         digits += 1

@@ -141,6 +141,10 @@ class Table(Pictured):
         """Whether rows are joined by cubics through their rates.
 
         They have rates, and accelerations other than zero or none at all.
+
+        >>> columns = dict.fromkeys(("t", *ANGLES, *RATES), np.array([0.0, 1.0]))
+        >>> Table(columns=columns).joined_by_cubics
+        True
         """
         if len(self) < 2 or not all(name in self for name in ("t", *RATES)):
             return False
