@@ -174,7 +174,7 @@ def test_a_long_series_is_as_fine_as_a_chart() -> None:
     assert series["t"] == pytest.approx(np.linspace(0, 1, 401))
 
 
-def test_a_vehicle_that_is_not_symmetric_is_planned_drawn_and_kept_in_files() -> None:
+def test_a_vehicle_that_is_not_symmetric_is_planned_and_drawn() -> None:
     corners = [[-0.8, 0.8], [-0.8, 0.7], [-0.9, 0.8]]
     state = {"vehicle": LEANING.as_mapping(), "waypoints": corners}
     answer = plan_answer(state)
@@ -191,11 +191,6 @@ def test_a_vehicle_that_is_not_symmetric_is_planned_drawn_and_kept_in_files() ->
     assert np.linalg.det(frames) == pytest.approx(1, abs=1e-5)
     assert diagram_answer(state)["biased"]["verdict"]
     assert plan_answer(state | {"color": "blue"})["status"] == "infeasible"
-
-    content = file_answer({"state": state, "suffix": ".csv"})[1]
-    table = table_answer("own.csv", content)
-    assert (table["flyable"], table["types"]) == (True, [])
-    assert plan_answer(table["request"])["corners"] == answer["corners"]
 
 
 def test_an_empty_and_an_infeasible_state_have_every_name() -> None:

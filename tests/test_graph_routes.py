@@ -23,8 +23,6 @@ from gaitgraph.graph.walks import (
     closed_walk,
     shortest_order,
 )
-from gaitgraph.planning.grid import grid_cycles
-from gaitgraph.planning.request import plan_request
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -152,17 +150,6 @@ def test_what_a_cycle_says_is_what_its_report_says(
         if cycle.flyable:
             least = report["least_singular_value"].value
             assert told["least_singular_value"] == pytest.approx(least, abs=2e-5)
-
-
-def test_cycles_of_a_request_are_of_both_signs_in_order_of_length() -> None:
-    request = plan_request([(0.0, 0.0)], divisions=6)
-    both = [
-        cycle.length
-        for sign in ("negative", "positive")
-        for cycle in cycles(surface_graph(sign, divisions=6), max_length=2.2)
-    ]
-    listed = grid_cycles(request, max_length=2.2)
-    assert [cycle.length for cycle in listed] == sorted(both)
 
 
 # Closed walks

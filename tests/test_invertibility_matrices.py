@@ -121,16 +121,6 @@ def test_matrices_are_those_of_turned_thrusts(vehicle: Vehicle) -> None:
     assert values.max() <= matrices.largest_least_singular_value(vehicle)
 
 
-def test_matrices_in_si_units_have_the_constants_of_the_vehicle() -> None:
-    alpha = random_tilts(3, 5)
-    force, moment = matrices.rotor_directions(alpha, BOTH)
-    thrust, arm = BOTH.require("thrust_coefficient", "arm_length", purpose="this")
-    np.testing.assert_allclose(control_force_matrix(alpha, BOTH), thrust * force)
-    np.testing.assert_allclose(
-        control_moment_matrix(alpha, BOTH), arm * thrust * moment
-    )
-
-
 @by_vehicle(PAPER, RAISED)
 def test_the_decoupling_matrix_maps_inputs_to_what_euler_angles_do(
     vehicle: Vehicle,

@@ -96,19 +96,6 @@ def test_below_the_margin_no_attitude_is_singular_and_just_above_one_is(
         assert tilt == pytest.approx(margin, abs=1e-9)
 
 
-def test_ninety_degrees_on_red_and_none_on_blue() -> None:
-    random = np.random.default_rng(6)
-    for _ in range(10):
-        exact = coefficients_of(random_vehicle(random), "exact")
-        first, second = random.uniform(-1.6, 1.6, (2, 50))
-        red, blue = on_red(first, second), on_blue(first, second, exact.delta)
-        assert (tilt_margin(red, exact) == HALF_PI).all()
-        assert singular_everywhere(blue, exact).all()
-        assert np.isnan(tilt_margin(blue, exact)).all()
-        for alpha in (red, blue):
-            assert np.isnan(nearest_singular_attitude(alpha, exact)).all()
-
-
 def test_rounding_hides_v_on_blue_and_not_far_beyond() -> None:
     random = np.random.default_rng(9)
     first, second = random.uniform(-1.2, 1.2, (2, 500))

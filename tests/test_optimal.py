@@ -150,6 +150,8 @@ def test_the_same_is_asked_again_and_slower() -> None:
     slower = optimal_gait(points, **{**options, "period": 4.0})
     assert json.dumps(again.as_mapping()) == json.dumps(reserve.as_mapping())
     assert slower.value == reserve.value
+    told = f"any gait through these discs has at most {reserve.bound:.4f}"
+    assert told in str(reserve)
     assert slower.effort == pytest.approx(reserve.effort / 2, rel=1e-6)
     # The Cauchy–Schwarz inequality, which is sharp at constant speed.
     constant = 2 * reserve.curve.length**2 / 2.0
@@ -246,14 +248,6 @@ def test_why_there_is_none(points: Any, options: Any, told: str) -> None:
     assert told in str(none.reason)
     with pytest.raises(Infeasible):
         none.table()
-
-
-def test_a_disc_outside_is_told_the_nearest_place() -> None:
-    far = optimal_gait([(1.2, 1.2)], sign="positive")
-    nearest: Any = admissible_region(PAPER, sign="positive").nearest((1.2, 1.2))
-    away = math.dist(nearest, (1.2, 1.2))
-    told = f"({nearest[0]:.4f}, {nearest[1]:.4f}), is {away:.4f} rad away"
-    assert told in str(far.reason)
 
 
 def test_a_reserve_needs_a_mass_where_thrust_is_limited() -> None:

@@ -97,14 +97,6 @@ def test_what_is_of_gaits_alone_refuses_a_path(of_gaits: Any, entry: Path) -> No
             of_gaits(path)
 
 
-def test_a_flight_of_a_path_holds_its_end(entry: Path) -> None:
-    pytest.importorskip("mujoco", reason="install the extra 'sim'")
-    settings = gg.flight.FlightSettings(duration=2.5)
-    flight = gg.fly(entry, attitude=(0.0, 0.0), settings=settings)
-    assert flight.settled
-    np.testing.assert_allclose(flight.course.at(np.array([1.0, 2.4])).alpha, [END, END])
-
-
 @pytest.mark.parametrize("wrong", [0, "false", None])
 def test_what_repeats_is_said_by_true_or_false(wrong: Any) -> None:
     columns = {"alpha1": [0.0, 0.3]}

@@ -103,18 +103,6 @@ def test_whatever_is_planned_holds_when_sampled(
     assert str(plan).startswith("The plan is a single posture") is posture
 
 
-@pytest.mark.parametrize("kind", ["published", "printed", "exact"])
-def test_the_loop_is_made_for_the_request(kind: Any) -> None:
-    vehicle = gg.PAPER.replace(max_tilt_rate=20.0)
-    asked: Any = {"vehicle": vehicle, "divisions": 8, "floor": 0.01, "period": 3.0}
-    plan = gg.plan_loop(G3.waypoints, coefficients=kind, **asked)
-    assert plan.gait.vehicle == vehicle
-    assert plan.gait.coefficients == coefficients_of(vehicle, kind)
-    assert plan.gait.crossing_tolerance == pi / 16
-    assert plan.report["least_singular_value"].limit == 0.01
-    assert plan.report["tilt_rate"] == plan.timed().check()["tilt_rate"]
-
-
 def test_beyond_nine_waypoints_the_order_is_approximate() -> None:
     points = [(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(10)]
     plan = gg.plan_loop(points, any_order=True, divisions=16)
@@ -399,12 +387,10 @@ def test_a_file_has_the_colourings_of_its_loop(tmp_path: Path) -> None:
     files: list[tuple[Any, Any, dict[str, Any], dict[str, Any]]] = [
         # The content, its loop, what is asked for, and what that means.
         ({name: [*row, row[0]] for name, row in names.items()}, RICH, {}, {}),
-        ({**names, "color": ["blue"] * 4}, RICH, {}, {}),
         (request, RICH, wide, wide),
         ({**request, "divisions": 4}, RICH, {}, {"crossing_tolerance": pi / 8}),
         (plan, G3.angles, EXACT, EXACT),
         (none, none["waypoints"], {}, {"sign": "negative"}),
-        (none, none["waypoints"], {"sign": "auto"}, {}),
     ]
     for content, loop, asked, meant in files:
         path.write_text(json.dumps(content))

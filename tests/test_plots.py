@@ -162,17 +162,6 @@ def test_gait_loop_is_the_projection(ax: Axes, angles: tuple[int, int]) -> None:
     assert ahead @ side == pytest.approx(math.hypot(*ahead) * math.hypot(*side))
 
 
-def test_gait_loops_of_other_kinds(ax: Axes) -> None:
-    points = [(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)]
-    plots.gait_loop(gg.lift(points[:1], "red"), ax=ax)
-    plots.gait_loop(gg.lift(points, ["red", "blue", "blue"]), ax=ax)
-    plots.gait_loop(GAIT3.biased(0.8), ax=ax)
-    assert ax.lines[0].get_marker() == "s"
-    assert [line.get_color() for line in ax.lines] == [RED, RED, RED, BLUE, "black"]
-    plots.gait_loop(GAIT3, band=True, ax=ax)
-    assert ax.lines[-1].get_zorder() < 2
-
-
 def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     plots.roll_pitch_diagram(GAIT3, bias=0.8, name="Gait 3", count=12, ax=ax)
     biased = GAIT3.biased(0.8).parametrize(law="constant-speed")

@@ -149,16 +149,6 @@ def test_nothing_is_acceptable_where_R_changes_its_sign_between_rows() -> None:
 # -- Forms of gaits
 
 
-def test_a_point() -> None:
-    point = [0.3, -0.3, 0.1, -0.2]
-    answer = quick(table_from([point]), curves=5)
-    assert answer.tilt_margin == pytest.approx(tilt_margin(point, EXACT), abs=1e-12)
-    assert len(answer.curves) == 1
-    again = quick(table_from([point] * 3))
-    assert again.tilt_margin == answer.tilt_margin
-    assert again.singular_value == pytest.approx(answer.singular_value)
-
-
 def test_curves_are_spread_over_the_gait() -> None:
     gait = G3.biased(0.8)
     curves = report_of(gait, curves=40).gait.curves

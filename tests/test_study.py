@@ -180,19 +180,6 @@ def test_the_examples_are_flown_in_minutes(path: Path) -> None:
 # -- Rows
 
 
-def test_rows_state_the_gait_and_the_flight(small: StudyRun) -> None:
-    table = small.table
-    assert table.schema.names == list(columns_of(small.study))
-    assert table["case"].to_pylist() == list(range(8))
-    outcomes = ["refused"] * 4 + ["settled"] * 4
-    assert table["outcome"].to_pylist() == outcomes
-    assert table["flyable"].to_pylist() == [False] * 4 + [True] * 4
-    reasons = table["reason"].to_pylist()
-    assert all(reasons[:4])
-    assert not any(reasons[4:])
-    assert table["peak_thrust"].null_count == 4
-
-
 def test_a_case_that_fails_is_a_row_with_its_reason(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -18,8 +18,7 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.surface.sheets import sheet_distances
 from gaitgraph.timing.laws import LAWS
-from gaitgraph.validation.report import Check, GaitPoint, Report, State, limit_check
-from gaitgraph.validation.worst import worst_of
+from gaitgraph.validation.report import Check, Report, State
 from tests.published import GAITS
 from tests.samples import EXACT, PUBLISHED, along, points_of, table_from
 
@@ -62,76 +61,11 @@ def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
         report["nothing"]
 
 
-AT = " at row 1, t = 0.5 s (0.100, 0.200, 0.100, 0.200)"
-
-
-@pytest.mark.parametrize(
-    ("peak", "limit", "ok", "message"),
-    [
-        (2.0, None, True, "peak 2 rad/s (α3); the vehicle states no limit"),
-        (2.0 * (1 + 1e-13), 2.0, True, "peak 2 rad/s (α3), limit 2"),
-        (np.inf, None, True, "peak infinite (α3); the vehicle states no limit"),
-        (53761.4, 9e4, True, "peak 53,800 rad/s (α3), limit 90,000"),
-        (2.1, 2.0, False, f"peak 2.1 rad/s (α3){AT}, limit 2: slower"),
-    ],
-)
-def test_messages_of_rate_limits(
-    peak: float, limit: float | None, ok: bool, message: str
-) -> None:
-    place = GaitPoint(point=0, fraction=0.0, alpha=(0.1, 0.2, 0.1, 0.2), t=0.5)
-    check = limit_check("tilt_rate", peak, 3, limit, "slower", place)
-    assert (check.ok, check.value, check.limit) == (ok, peak, limit)
-    assert check.message == message
-    plain = check.as_mapping()  # JSON has no infinities
-    assert plain["value"] == (None if peak == np.inf else peak)
-
-
 # The rules of the paper
 CROSSING = [(STEP, -STEP), (2 * STEP, -STEP)]
 
 
-def test_of_motions_one_after_another_the_worst_of_each_check_counts() -> None:
-    mild, strong = (lift([(first, -first)], "red").check() for first in (0.6, 1.2))
-    assert strong.notes != mild.notes == ()
-    thrusts = np.array([report.hover_thrusts for report in (mild, strong)])
-    singular: list[Any] = [one["least_singular_value"].value for one in (mild, strong)]
-    for reports in ([mild, strong], [strong, mild]):
-        worst = worst_of(reports)
-        assert worst.notes == strong.notes
-        assert worst.hover_thrusts == (thrusts.min(), thrusts.max())
-        assert f"to {thrusts.max():.3f} of m·g" in worst["hover_thrust"].message
-        assert worst["least_singular_value"].value == min(singular)
-
-
 # The rules of the paper
-
-
-@pytest.mark.parametrize(
-    ("points", "colors", "options", "wrong"),
-    [
-        ([(0.9, -0.9), (1.0, -0.9)], "red", {}, ""),
-        ([(0.9, -0.9), (1.0, -0.9)], "blue", {}, ""),
-        (CROSSING, "blue red", {}, ""),
-        (np.add(CROSSING, [[0.05, 0]]), "blue red", {"crossing_tolerance": 0.2}, ""),
-        (CROSSING, "blue red", {"crossing_tolerance": 0.01}, "12"),
-        ([(0.9, -0.9), (1.0, -0.9), (1.1, -0.9)], "red red blue", {}, "23"),
-        ([(0.9, -0.9), (STEP, -STEP), (1.1, -0.9)], "red red blue", {}, "31"),
-    ],
-)
-def test_colors_change_at_crossings_alone(
-    points: Any, colors: str, options: Any, wrong: str
-) -> None:
-    names: Any = (colors.split() * len(points))[: len(points)]
-    gait = lift(points, names, **options)
-    check = gait.check()["two_color"]
-    assert (check.ok, check.value) == (not wrong, float(bool(wrong)))
-    if wrong:
-        first, second = map(int, wrong)
-        pair = f"corners {first} {gait.types[first - 1]} and {second} "
-        assert check.message.startswith(pair)
-        assert (check.where or {})["segment"] == first - 1
-    else:
-        assert check.message.endswith(f"({gait.color})")
 
 
 JUMP = 2 * (0.3 + DELTA)
@@ -283,19 +217,6 @@ def test_a_floor_within_the_bracket_of_the_least_singular_value_is_decided(
     least = float(least_singular_value(along(gait.alpha, 4001), vehicle).min())
     check = gait.check(floor=least - apart)["least_singular_value"]
     assert check.ok is (apart > 0)
-
-
-@pytest.mark.parametrize("turn", range(4))
-def test_the_corner_that_cannot_hover_is_found_for_any_start_of_the_gait(
-    turn: int,
-) -> None:
-    points = np.roll([(0.9, -0.9), (1.0, -0.9), (0.9, 0.9), (0.8, -0.9)], turn, axis=0)
-    gait = lift(points, "red")
-    check = gait.check()["hover_thrust"]
-    assert check.where is not None
-    assert check.where["alpha"] == pytest.approx([0.9, 0.9, 0.9, 0.9])
-    assert check.value == pytest.approx(hover_thrust_shares(gait.alpha).min())
-    assert "not positive (least -2.6 of m·g) at corner" in check.message
 
 
 def test_thrusts_that_vanish_between_corners_or_at_one_or_are_no_numbers() -> None:
