@@ -163,8 +163,7 @@ def _shortest_order(
     """
     search, waypoints = branch.search, branch.request.waypoints
     number = len(waypoints)
-    until = search.until or math.inf
-    half_time = (monotonic() + until) / 2
+    half_time = (monotonic() + search.until) / 2
     lengths: dict[tuple[int, int], float] = {}
     is_measured = True
     for first in range(number):
@@ -178,7 +177,7 @@ def _shortest_order(
                     return tuple(range(number)), True
                 length = length_of(leg.points)
             lengths[first, second] = quanta_of(length)
-    is_hurried = _is_hurried(waypoints, until)
+    is_hurried = _is_hurried(waypoints, search.until)
     order = shortest_order(number, lambda a, b: lengths[a, b], nearest_next=is_hurried)
     return order or tuple(range(number)), is_measured and not is_hurried
 

@@ -71,7 +71,7 @@ class Search:
         self,
         request: PlanRequest,
         progress: Progress | None = None,
-        until: float | None = None,
+        until: float = math.inf,
     ) -> None:
         self.request = request
         self.until = until

@@ -333,7 +333,7 @@ def plan(
     deadline: float | None = None,
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
-    until = None
+    until = math.inf
     if deadline is not None:
         until = monotonic() + checked_number("deadline", deadline)
     search = Search(request, progress, until)
