@@ -272,7 +272,8 @@ class Gait(Pictured):
         if len(self.alpha) > 1:
             signs += f" to {self.R.max():.3g} at its corners"
         title = f"Gait, {self.sheet_in_words}: {self.size_text}, {signs}"
-        return "\n".join([title, setting_line(self), "", *corner_lines(self)])
+        setting = setting_line(self.vehicle, self.coefficients.kind)
+        return "\n".join([title, setting, "", *corner_lines(self)])
 
     @property
     def sheet_in_words(self) -> str:
@@ -357,12 +358,9 @@ def there_and_back(line: FloatArray, like: Gait) -> Gait:
     return gait_through(np.vstack([line, line[-2:0:-1]]), like)
 
 
-def setting_line(gait: Gait) -> str:
-    """Return the vehicle and the coefficients of a gait in one line."""
-    ratio = f"κ = {gait.vehicle.drag_ratio:.4f}"
-    return (
-        f"vehicle {gait.vehicle.name} ({ratio}), {gait.coefficients.kind} coefficients"
-    )
+def setting_line(vehicle: Vehicle, kind: str | None) -> str:
+    """Return a vehicle and the kind of its coefficients in one line."""
+    return f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f}), {kind} coefficients"
 
 
 def corner_lines(gait: Gait) -> list[str]:

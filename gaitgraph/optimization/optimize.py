@@ -57,7 +57,7 @@ from gaitgraph.surface.region import (
     offset,
 )
 from gaitgraph.surface.servo_regions import servo_margin_region
-from gaitgraph.surface.sheets import SIGNS
+from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, table_of
@@ -76,7 +76,6 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
     from gaitgraph.planning.request import Progress
     from gaitgraph.surface.region import Points, Region
-    from gaitgraph.surface.sheets import Sign
 
 Objective = Literal["singular_value", "hover_reserve", "servo_margin"]
 
@@ -126,7 +125,7 @@ class OptimalGait(Pictured):
     radius: FloatArray
     period: float
     reason: str | None
-    sign: str | None = None
+    sign: Sign | None = None
     curve: Curve | None = None
     judged: Report | None = None
     value: float | None = None
@@ -248,15 +247,14 @@ class OptimalGait(Pictured):
         return f"<OptimalGait: {str(self).splitlines()[0]}>"
 
     def __str__(self) -> str:
-        if self.curve is None or self.judged is None:
+        if self.curve is None or self.judged is None or self.sign is None:
             return f"No gait: {self.reason}"
         what, unit, scale = _TEXTS[self.objective]
         value = scale * (self.value or 0.0)
         bound = scale * (self.bound or 0.0)
-        relation = "R > 0" if self.sign == "positive" else "R < 0"
         lines = [
             f"{what} {value:.4f}{unit}; any gait through these discs has at most {bound:.4f}{unit}",
-            f"{relation}, length {self.curve.length:.4f} rad, effort "
+            f"{RELATION[self.sign]}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
             f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}",
             *self.judged.lines,
@@ -365,10 +363,8 @@ def optimal_gait(
         )
         answers.append(search.answer(float(concession)))
     if not any(answers):
-        reasons = []
-        for answer in answers:
-            relation = ">" if answer.sign == "positive" else "<"
-            reasons.append(f"R {relation} 0: {answer.reason}")
+        both = zip(signs, answers, strict=True)
+        reasons = [f"{RELATION[side]}: {answer.reason}" for side, answer in both]
         return replace(base, reason="; ".join(reasons))
     # Of equal ones the first, that with R > 0.
     return max(filter(None, answers), key=lambda answer: answer.value or 0.0)

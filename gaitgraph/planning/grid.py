@@ -18,6 +18,8 @@ from gaitgraph.surface.sheets import SIGNS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    import networkx as nx
+
     from gaitgraph.graph.cycle_list import Cycle
     from gaitgraph.graph.walks import EdgeRequirement
     from gaitgraph.planning.branch import Branch, Refusal
@@ -26,28 +28,20 @@ if TYPE_CHECKING:
 
 def grid_loop(branch: Branch) -> Loop | Refusal:
     """Return the best loop of a branch on the graph of its sign of R, or why there is none."""
-    import networkx as nx
-
     request = branch.request
     graph = branch.search.graph(branch.sign)
     branch.search.progress(f"searching {branch.color} loops")
+    if branch.servo_margin:
+        graph = _bearing(graph, branch.servo_margin)
     stops = [
         [node for node in nodes if graph.nodes[node]["color"] == branch.color]
         for nodes in nodes_above(graph, request.waypoints)
     ]
-    if branch.servo_margin:
-        graph = graph.copy()
-        margins: Any = nx.get_edge_attributes(graph, "servo_margin")
-        for pair, margin in margins.items():
-            if margin < branch.servo_margin:
-                graph.remove_edge(*pair)
-    order = tuple(range(len(stops)))
+    order = None
     if request.any_order:
-        first_nodes = [nodes[0] for nodes in stops]
-        best = best_order(
-            graph, first_nodes, require=branch.require, weight=request.weight
-        )
-        order = best or order
+        nodes = [choices[0] for choices in stops]
+        order = best_order(graph, nodes, require=branch.require, weight=request.weight)
+    order = order or tuple(range(len(stops)))
     walk = closed_walk(
         graph,
         [stops[k] for k in order],
@@ -56,17 +50,24 @@ def grid_loop(branch: Branch) -> Loop | Refusal:
         weight=request.weight,
     )
     if isinstance(walk, Blocked):
-        ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
-        return _blocked(branch, ends)
-    loop = Loop(
+        return _blocked(branch, (order[walk.leg], order[(walk.leg + 1) % len(order)]))
+    return Loop(
         path=gait_along(graph, walk.nodes),
         sign=branch.sign,
         order=order,
         request=request,
+        cost=walk.cost,
     )
-    if request.weight is not None:
-        loop = replace(loop, cost=walk.cost)
-    return loop
+
+
+def _bearing(graph: nx.Graph[Any], least: float) -> nx.Graph[Any]:
+    """Return a graph without the edges that have less than a servo margin [rad]."""
+    import networkx as nx
+
+    margins = nx.get_edge_attributes(graph, "servo_margin")
+    kept = graph.copy()
+    kept.remove_edges_from(pair for pair in margins if margins[pair] < least)
+    return kept
 
 
 def _blocked(branch: Branch, ends: tuple[int, int]) -> Refusal:

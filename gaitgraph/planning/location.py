@@ -228,11 +228,10 @@ def with_nearest(refusal: Refusal, request: PlanRequest) -> Refusal:
     if not moved:
         message = f"{refusal.message}; {location.why_empty}"
         return replace(refusal, message=message)
-    number = refusal.waypoints[0] - 1
+    nearest = moved[refusal.waypoints[0] - 1]
+    where = f"point is {location.region.as_text(nearest)}"
     elsewhere = [k for k, place in enumerate(location.nearest) if place is not None]
-    if len(elsewhere) < 2:
-        where = f"point is {location.region.as_text(moved[number])}"
-    else:
+    if len(elsewhere) > 1:
         listed = [
             f"{location.region.as_text(moved[k])} for waypoint {k + 1}"
             for k in elsewhere[:_MOST_NEAREST]
@@ -241,4 +240,4 @@ def with_nearest(refusal: Refusal, request: PlanRequest) -> Refusal:
             listed.append(f"and {len(elsewhere) - _MOST_NEAREST} more")
         where = f"points are {', '.join(listed)}"
     message = f"{refusal.message}; the nearest admissible {where}"
-    return replace(refusal, message=message, nearest=moved[number], moved=moved)
+    return replace(refusal, message=message, nearest=nearest, moved=moved)

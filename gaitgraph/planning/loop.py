@@ -34,7 +34,7 @@ class Loop(Record):
     `request`, counted from 0, in the order in which the loop visits them. `lower_bound`, of an any-angle loop, is a
     lower bound of the length of all loops through these waypoints in this order, in the required region [rad]. With
     `any_order` no other order makes a shorter loop if `order_exact`; otherwise the order is approximate, and if it
-    is not `in_time` a deadline ended the search for it. `cost` is that of a walk on the grid with a weight of the request.
+    is not `in_time` a deadline ended the search for it. `cost` is that of a walk on the grid: its length without a weight.
     """
 
     path: Gait

@@ -19,7 +19,7 @@ import shapely
 
 from gaitgraph.angles import checked_number
 from gaitgraph.errors import Advice, Infeasible
-from gaitgraph.gait.gait import corner_lines
+from gaitgraph.gait.gait import corner_lines, setting_line
 from gaitgraph.gait.table import RATE_CHECKS
 from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.pictured import Pictured
@@ -198,12 +198,11 @@ class Plan(Pictured):
     @property
     def _conditions(self) -> str:
         """The vehicle, the coefficients and the method, in words."""
-        request, vehicle = self.request, self.request.vehicle
+        request = self.request
         method = "any-angle method"
         if request.method == "grid":
             method = f"grid of {request.divisions} divisions"
-        body = f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f})"
-        return f"{body}, {request.coefficients} coefficients, {method}"
+        return f"{setting_line(request.vehicle, request.coefficients)}, {method}"
 
     def __repr__(self) -> str:
         count, vehicle = len(self.waypoints), self.request.vehicle.name

@@ -389,7 +389,7 @@ class TimedGait(Pictured):
             f"{type(self).__name__}, {gait.sheet_in_words}: T = {self.period:.6g} s, {self.law}, "
             f"{self.samples} samples, {gait.length:.4f} rad around"
         )
-        lines = [title, setting_line(gait), ""]
+        lines = [title, setting_line(gait.vehicle, gait.coefficients.kind), ""]
         lines += [
             f"  {check.name.replace('_', ' ')}: {check.message}"
             for check in self.rate_checks()
