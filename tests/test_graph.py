@@ -225,6 +225,7 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
         "coefficients": kind,
         "vehicle": vehicle.as_mapping(),
         "floor": 0.9,
+        "waypoints": [],
     }
     numbers = coefficients_of(vehicle, kind)
     assert vehicle_and_coefficients(graph) == (vehicle, numbers)

@@ -11,12 +11,12 @@ Graph metadata (``graph.graph``)
     ``divisions``  intervals n into which [−π/2, π/2] is cut; a step of the grid is π/n [rad], and a type is `?` within
     half a step of a crossing line;
     ``coefficients``  "published", "printed" or "exact"; ``floor``  least singular value that a flyable edge keeps;
-    ``vehicle``  the vehicle's constants as a plain mapping;
+    ``vehicle``  the vehicle's constants as a plain mapping; ``waypoints``  the points that were given [rad];
     ``servo_margins``  true if edges have their servo margins, else left out.
 Node ids
     "003 012 red" for the root of that color at the interior grid node α1 = −π/2 + 3π/n, α2 = −π/2 + 12π/n: both
     numbers in three digits, from 1 to n − 1;
-    "w002 red 0" for the first red root, counted from 0, at the third of the waypoints off the grid that have nodes.
+    "w002 red 0" for the first red root, counted from 0, at the third of the waypoints that are off the grid.
 Node attributes
     ``alpha1`` … ``alpha4`` [rad]; ``types``, e.g. "(+,?)"; ``color``, "red" or "blue"; ``R``, equation (6).
     Of a vehicle that no half turn maps to itself the invertible root is "red", and ``types`` is left out: its sheet is
@@ -63,8 +63,8 @@ from gaitgraph.gait.table import ANGLES
 from gaitgraph.graph.edges import allowed_pairs, edge_attributes
 from gaitgraph.graph.nodes import (
     DEFAULT_DIVISIONS,
-    WAYPOINT,
     checked_divisions,
+    checked_waypoints,
     roots_as_nodes,
 )
 from gaitgraph.invertibility.coefficients import (
@@ -92,6 +92,15 @@ if TYPE_CHECKING:
 
 _angles_of = itemgetter(*ANGLES)
 CONTRACT = "gaitgraph surface graph 1"
+_METADATA = [
+    "contract",
+    "sign",
+    "divisions",
+    "coefficients",
+    "floor",
+    "vehicle",
+    "waypoints",
+]
 _TOLERANCES = {"least_singular_value": 2e-5, "R": 2e-4, "servo_margin": 1e-6}
 
 
@@ -141,7 +150,8 @@ def surface_graph(
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)
     wanted = 1.0 if sign == "positive" else -1.0
-    nodes = roots_as_nodes(divisions, waypoints, wanted, coefficients, zones)
+    points = checked_waypoints(waypoints, math.inf, least=0)
+    nodes = roots_as_nodes(divisions, points, wanted, coefficients, zones)
     pairs = allowed_pairs(nodes, divisions)
     if zones is not None and len(pairs):
         first, second = pairs.T
@@ -163,6 +173,7 @@ def surface_graph(
         "coefficients": coefficients.kind,
         "floor": floor,
         "vehicle": vehicle.as_mapping(),
+        "waypoints": points,
     }
     if servo_margins:
         metadata["servo_margins"] = True
@@ -228,7 +239,7 @@ def metadata_of(graph: nx.Graph[Any]) -> dict[str, Any]:
         raise ContractError(
             f"graph metadata: name must be the JSON that surface_graph writes, got {shown(text)}"
         )
-    for key in ("contract", "sign", "divisions", "coefficients", "floor", "vehicle"):
+    for key in _METADATA:
         if key not in metadata:
             raise ContractError(f"graph metadata: {key!r} is missing")
     return metadata
@@ -244,7 +255,7 @@ def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficient
 def validate_graph(graph: nx.Graph[Any]) -> None:
     """Raise ContractError, naming the first difference, unless a graph keeps the contract.
 
-    The graph is made again from its metadata and waypoints: each node and edge must be in the new one, with the same
+    The graph is made again from its metadata: each node and edge must be in the new one, with the same
     attributes. The graph need not be complete: nodes and edges may be removed.
 
     >>> graph = surface_graph(divisions=8)
@@ -263,8 +274,6 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
             value=graph,
         )
     metadata = metadata_of(graph)
-    off_grid = [name for name in graph if str(name).startswith(WAYPOINT)]
-    places = [_place(graph.nodes[name]) for name in off_grid]
     try:
         vehicle, coefficients = vehicle_and_coefficients(graph)
         expected = surface_graph(
@@ -272,38 +281,24 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
             divisions=metadata["divisions"],
             vehicle=vehicle,
             coefficients=coefficients,
-            waypoints=[place[1:3] for place in places],
+            waypoints=metadata["waypoints"],
             floor=metadata["floor"],
             servo_margins=metadata.get("servo_margins") is True,
         )
     except (InputError, TypeError) as error:
-        raise ContractError(f"graph metadata or waypoints: {error}") from error
+        raise ContractError(f"graph metadata: {error}") from error
     _compare("graph metadata", metadata, metadata_of(expected))
-    # The number of a waypoint depends on those that are left: its nodes are found by their place.
-    at_place = {
-        _place(data): name
-        for name, data in expected.nodes(data=True)
-        if name.startswith(WAYPOINT)
-    }
-    twins = {name: name for name in graph}
-    for name, place in zip(off_grid, places, strict=True):
-        twins[name] = at_place.get(place)
     for name, data in graph.nodes(data=True):
-        if twins[name] not in expected:
+        if name not in expected:
             raise ContractError(
                 f"node {name!r} must be a root at a grid node or waypoint, with the graph's sign of R"
             )
-        _compare(f"node {name!r}", data, expected.nodes[twins[name]])
+        _compare(f"node {name!r}", data, expected.nodes[name])
     for first, second, data in graph.edges(data=True):
         where = f"edge {first!r} – {second!r}"
-        if not expected.has_edge(twins[first], twins[second]):
+        if not expected.has_edge(first, second):
             raise ContractError(f"{where} must join neighbours that Figure 15 allows")
-        _compare(where, data, expected.edges[twins[first], twins[second]])
-
-
-def _place(data: dict[str, Any]) -> tuple[Any, ...]:
-    angles = [round(number_of(data.get(key)), 9) for key in ANGLES]
-    return data.get("color"), *angles
+        _compare(where, data, expected.edges[first, second])
 
 
 def _compare(where: str, stated: dict[str, Any], computed: dict[str, Any]) -> None:

@@ -22,7 +22,7 @@ from gaitgraph.surface.sheets import root_arrays, text_from_types
 from gaitgraph.tolerances import SAME_ANGLE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.invertibility.forms import FloatArray
@@ -34,9 +34,6 @@ MOST_DIVISIONS = 256
 """Beyond this a graph of objects takes minutes and gigabytes; the any-angle method (`exact`) needs no grid."""
 MOST_WAYPOINTS = 1000
 
-WAYPOINT = "w"
-"""Begins the ids of nodes at waypoints."""
-
 
 class Nodes(NamedTuple):
     """The nodes of a graph as arrays; those on the grid come first, red before blue."""
@@ -45,7 +42,7 @@ class Nodes(NamedTuple):
     red: BoolArray  # (n,)
     types: npt.NDArray[np.int8]  # (n, 2)
     R: FloatArray  # (n,)
-    cell: IntArray  # (n, 2), numbers of the grid's lines, −1 off the grid
+    cell: IntArray  # (n, 2), numbers of the grid's lines; off the grid −1 and the waypoint's
 
     @property
     def plane(self) -> FloatArray:
@@ -59,16 +56,12 @@ class Nodes(NamedTuple):
 
     def ids(self) -> Iterator[str]:
         """Yield the id of each node, as the contract of :mod:`gaitgraph.graph.build` has it."""
-        numbers: dict[tuple[float, ...], int] = {}  # of waypoints, in their order
         copies: Counter[str] = Counter()
-        places = self.plane.tolist()
-        cells = self.cell.tolist()
-        for place, color, (i, j) in zip(places, self.colors, cells, strict=True):
+        for color, (i, j) in zip(self.colors, self.cell.tolist(), strict=True):
             if i >= 0:
                 yield f"{i:03} {j:03} {color}"
                 continue
-            number = numbers.setdefault(tuple(place), len(numbers))
-            at_waypoint = f"{WAYPOINT}{number:03} {color}"
+            at_waypoint = f"w{j:03} {color}"
             yield f"{at_waypoint} {copies[at_waypoint]}"
             copies[at_waypoint] += 1
 
@@ -91,7 +84,7 @@ class Nodes(NamedTuple):
 
 def roots_as_nodes(
     divisions: int,
-    waypoints: Any,
+    waypoints: Sequence[Sequence[float]],
     wanted: float,
     coefficients: Coefficients,
     zones: Zones | None,
@@ -104,7 +97,8 @@ def roots_as_nodes(
     off_grid = _off_grid(waypoints, axis)
     on_grid = np.array(list(product(range(1, divisions), repeat=2)))
     plane = np.concatenate([axis[on_grid - 1], off_grid])
-    cell = np.concatenate([on_grid, np.full(off_grid.shape, -1)])
+    numbers = np.column_stack([np.full(len(off_grid), -1), np.arange(len(off_grid))])
+    cell = np.concatenate([on_grid, numbers])
 
     roots = root_arrays(
         plane[:, 0],
@@ -133,10 +127,9 @@ def roots_as_nodes(
     )
 
 
-def _off_grid(waypoints: Any, axis: FloatArray) -> FloatArray:
+def _off_grid(waypoints: Sequence[Sequence[float]], axis: FloatArray) -> FloatArray:
     """Return the waypoints that are no grid nodes, shape (k, 2), one of those within 1e-9 rad of each other."""
-    points: FloatArray = np.array(checked_waypoints(waypoints, math.inf, least=0))
-    points = points.reshape(-1, 2)
+    points = np.reshape(waypoints, (-1, 2))
     from_lines = np.abs(points[:, :, None] - axis).min(axis=2)
     points = points[from_lines.max(axis=1) > SAME_ANGLE]
     if not len(points):
