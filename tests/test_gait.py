@@ -254,10 +254,9 @@ def test_provenance_is_read_back_and_what_is_broken_is_refused() -> None:
         with pytest.raises(gg.InputError, match="^made_by must be the JSON"):
             about_from_text(text, required=True)
     nested: Any = 1.0
-    for _ in range(98):
+    for _ in range(10_000):
         nested = [nested]
-    assert checked_about({"a": nested})
-    wrong = ({"a": [nested]}, {"a": math.inf}, {"a": {1}}, [1])
+    wrong = ({"a": nested}, {"a": math.inf}, {"a": {1}}, [1])
     for content in wrong:
         with pytest.raises(gg.InputError, match="about must"):
             checked_about(content)

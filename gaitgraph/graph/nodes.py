@@ -129,7 +129,7 @@ def roots_as_nodes(
 
 def _off_grid(waypoints: Sequence[Sequence[float]], axis: FloatArray) -> FloatArray:
     """Return the waypoints that are no grid nodes, shape (k, 2), one of those within 1e-9 rad of each other."""
-    points = np.reshape(waypoints, (-1, 2))
+    points: FloatArray = np.reshape(waypoints, (-1, 2))
     from_lines = np.abs(points[:, :, None] - axis).min(axis=2)
     points = points[from_lines.max(axis=1) > SAME_ANGLE]
     if not len(points):
