@@ -22,7 +22,6 @@ from gaitgraph.files import (
     from_toml_file,
     naming_file,
     text_of,
-    value_from_json,
     write_whole,
 )
 from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
@@ -464,21 +463,6 @@ def test_a_wrong_toml_file_is_named(tmp_path: Path, content: str, said: str) -> 
         from_toml_file(path, "flight", settings_from_mapping)
     assert "\n" not in str(caught.value)
     assert caught.value.path == str(path)
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ('{"a": 1, "b": 2, "b": 3}', "names in an object must differ, got 'b' twice"),
-        ('{"a": NaN}', r"it is not JSON \(NaN is no number of JSON\)"),
-        ("[" * 100_000, "it is not JSON .it is nested too deeply"),
-        ("{", "it is not JSON"),
-    ],
-)
-def test_a_wrong_json_text_is_refused(content: str, said: str) -> None:
-    with pytest.raises(InputError, match=said) as caught:
-        value_from_json(content, "write a list")
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

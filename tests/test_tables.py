@@ -20,7 +20,9 @@ from gaitgraph.gait.given import gait_of
 from gaitgraph.gait.table import (
     ANGLES,
     ORDER,
+    RATES,
     Table,
+    accelerations_of,
     provenance_text,
 )
 from gaitgraph.invertibility.coefficients import coefficients_of
@@ -141,6 +143,21 @@ def test_quotation_marks_hold_texts_whole_and_swallow_nothing(tmp_path: Path) ->
             read_table(path)
         broken[place] = f'"x\ny",{row}'  # a line break in quotation marks is no row
         assert len(read_table(written(path, f"note,{HEAD}", *broken))) == 3000
+
+
+@pytest.mark.parametrize(
+    ("alpha", "expected"),
+    [
+        ([0.1, 0.2, 0.3, 0.4], [1, 1.5, -0.5, -3]),  # over one step at its ends
+        ([0.1, 0.2, 0.3, 0.1], [-1, 1.5, -0.5, -1]),  # it goes on at its first row
+    ],
+)
+def test_accelerations_are_slopes_of_rates_over_two_steps(
+    alpha: list[float], expected: list[float]
+) -> None:
+    rates: dict[str, Any] = dict.fromkeys(RATES, np.array([0.0, 1.0, 3.0, 0.0]))
+    table = table_from(np.transpose([alpha] * 4), t=np.arange(4.0), **rates)
+    np.testing.assert_allclose(accelerations_of(table)[:, 2], expected)
 
 
 # What is refused

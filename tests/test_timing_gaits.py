@@ -12,7 +12,6 @@ from hypothesis import given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing.laws import LAWS, LawName
-from gaitgraph.timing.polynomials import quintics, value_at
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, checked_clock, timed_gait_of
 from tests.published import GAITS
 from tests.samples import on_red, table_from, write_rows
@@ -189,16 +188,3 @@ def test_rows_that_are_all_corners_keep_their_own_times(ratio: float) -> None:
     timed = timed_gait_of(table_from(on_red(0.8 + moves[0], moves[1] - 0.8), t=t))
     assert timed.law == ROW_BY_ROW
     assert timed.peak_rates.max() == pytest.approx(0.3 * pi, rel=1e-3)
-
-
-def test_a_quintic_has_values_and_two_derivatives_at_both_ends() -> None:
-    random = np.random.default_rng(1)
-    starts, ends = random.normal(size=(2, 3, 5, 4))
-    width = random.uniform(0.1, 3.0, 5)
-    pieces = quintics(starts, ends, width)
-    times = np.concatenate([[0.0], np.cumsum(width)])
-    for order in range(3):
-        at_starts = value_at(pieces, times, width, times[:-1], order)
-        just_before = value_at(pieces, times, width, times[1:] * (1 - 1e-14), order)
-        np.testing.assert_allclose(at_starts, starts[order], rtol=1e-10, atol=1e-10)
-        np.testing.assert_allclose(just_before, ends[order], rtol=1e-8, atol=1e-8)
