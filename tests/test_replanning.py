@@ -184,8 +184,6 @@ def test_refusals_say_why(asked: Any, changes: Any, reason: str) -> None:
 @pytest.mark.parametrize(
     ("name", "asked", "changes"),
     [
-        ("sign", {"sign": "up"}, {}),
-        ("rate", {"rate": 0.0}, {}),
         ("vehicle", {"vehicle": gg.PAPER.replace(max_tilt_jerk=30.0)}, {}),
         ("alpha", {}, {"alpha": HERE}),
         ("alpha", {}, {"alpha": [4.0] * 4}),
