@@ -135,9 +135,9 @@ def state_of_request(
         state["samples"] = samples
     if state.get("method") == "exact":
         state.pop("divisions", None)  # not used, and may be out of range here
-    finest = RANGES["accuracy"].low
-    if number_of(state.get("accuracy")) < finest:
-        state["accuracy"] = finest  # finer would be too slow for the page
+    if "accuracy" in state:  # finer would be too slow for the page
+        finest = RANGES["accuracy"].low
+        state["accuracy"] = max(number_of(state["accuracy"]), finest)
     try:
         vehicle = vehicle_of(state.get("vehicle", DEFAULTS["vehicle"]))
         state |= fields_of(vehicle)
