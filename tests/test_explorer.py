@@ -401,7 +401,7 @@ def test_the_request_of_a_downloaded_file_comes_back_as_a_state() -> None:
 "law": "equal-time" | "law": "equal-time"
 "accuracy": 1e-9 | "accuracy": 1e-5
 "method": "exact", "divisions": 256 | "method": "exact"
-"method": "grid", "divisions": 256 | nothing
+"method": "grid", "divisions": 65 | nothing
 "floor": 0.2 | nothing
 "vehicle": "/etc/vehicle.toml" | nothing
 """),

@@ -181,6 +181,7 @@ def test_a_loop_that_crosses_itself_is_pointed_out() -> None:
         plan = gg.plan_loop(crossing, any_order=any_order)
         told = any("crosses itself" in text for text in plan.warnings)
         assert told is not any_order
+        assert (loop_of(plan).length == pytest.approx(pi)) is any_order
 
 
 SLOW = gg.PAPER.replace(max_tilt_rate=1.0)

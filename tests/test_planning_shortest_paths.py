@@ -12,6 +12,7 @@ import pytest
 import shapely
 from hypothesis import given, settings, strategies as st
 
+from gaitgraph.errors import InputError
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from tests.samples import visibility_graph
 
@@ -112,6 +113,9 @@ def test_points_outside_have_no_path_and_points_on_the_border_have_one() -> None
     np.testing.assert_array_equal(paths.path((0.0, 0.7), third), [(0.0, 0.7), third])
     np.testing.assert_array_equal(paths.path(third, third), [third])
     assert ShortestPaths(shapely.Polygon()).path((0, 0), (0, 0)) is None
+    assert not ShortestPaths(shapely.GeometryCollection()).contains((0.0, 0.0))
+    with pytest.raises(InputError, match="must consist of polygons, got a Point"):
+        ShortestPaths(shapely.Point(0.0, 0.0))
 
 
 def test_points_of_a_side_with_a_corner_on_it_see_past_that_corner() -> None:
