@@ -53,7 +53,7 @@ def flies(plane: Any, vehicle: gg.Vehicle, sign: str, floor: float) -> np.ndarra
 
 
 def planned(vehicle: gg.Vehicle, **options: Any) -> Any:
-    """Return the plan of three points of the region with R > 0, which straight lines join inside it."""
+    """Return the plan of four points of the region with R > 0, which straight lines join inside it."""
     return gg.plan_loop(
         loop_in_region(vehicle), vehicle=vehicle, sign="positive", **options
     )
@@ -64,12 +64,13 @@ def off_sheet(alpha: Any, vehicle: gg.Vehicle) -> float:
 
 
 def loop_in_region(vehicle: gg.Vehicle) -> list[tuple[float, float]]:
-    """Return three points of the region with R > 0, which straight lines join inside it."""
+    """Return four points of the region with R > 0, which straight lines join inside it."""
     region = sheet_region(vehicle)
     middle = region.components[0].representative_point()
     x, y = middle.x, middle.y
     size = 0.6 * middle.distance(region.inner.boundary) / math.sqrt(2)
-    return [(x, y), (x + size, y), (x + size, y + size)]
+    flat = (x + 0.4 * size, y + 0.6 * size)
+    return [(x, y), (x + size, y), (x + size, y + size), flat]
 
 
 @pytest.mark.parametrize("sign", ["positive", "negative"])
@@ -234,7 +235,7 @@ def test_the_law_smooth_follows_the_sheet_and_rests_at_corners(
     slopes = np.diff(motion.alpha, axis=0) / step
     assert np.abs(slopes - (motion.rates[1:] + motion.rates[:-1]) / 2).max() < 1e-4
     at_rest = t[np.abs(motion.rates).max(axis=1) < 1e-3 * np.abs(motion.rates).max()]
-    assert len(np.flatnonzero(np.diff(at_rest) > 0.1)) == 3
+    assert len(np.flatnonzero(np.diff(at_rest) > 0.1)) == 4
     for order, values in ((1, motion.rates), (2, motion.accelerations)):
         largest = np.abs(values).max(axis=0)
         peaks = timed.peaks(order)
@@ -365,7 +366,7 @@ def test_least_periods_keep_limits_of_all_four_arms(
         rates = timed.at(np.linspace(0, timed.period, 20_001)).rates
         speed = np.abs(rates).max(axis=1)
         starts = np.flatnonzero(np.diff(speed > 1e-3 * speed.max(), prepend=0) > 0)
-        assert [leg.any() for leg in np.split(at_limit, starts)[1:]] == [True] * 3
+        assert [leg.any() for leg in np.split(at_limit, starts)[1:]] == [True] * 4
     assert 0 < answer.lower_bound <= timed.period
     check_file(timed, tmp_path)
     assert not gg.paced(gait, limits, period=0.99 * timed.period)

@@ -194,7 +194,7 @@ def test_a_corner_passes_at_the_stated_distance(turn: float) -> None:
 
 def test_turning_back_stays_on_the_line_and_reaches_the_tip() -> None:
     # A last corner where the first is, to 1e-5, is none.
-    gait = gg.lift([(0.4, -1.2), (1.2, -0.4), (0.4 + 1e-6, -1.2 + 1e-6)], "red")
+    gait = gg.lift([(0.4, -1.2), (1.2, -0.4), (0.4 + 1e-6, -1.2)], "red")
     rounding = rounded(gait, 0.02)
     assert rounding.deviation == 0
     points = sampled(rounding.curve)[:, :2]

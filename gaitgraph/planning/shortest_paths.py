@@ -31,7 +31,6 @@ View = tuple[tuple[int, float], ...]  # corners that can be seen, with distances
 _ROUNDING = 1e-11  # rounding may put lines along a border so far outside
 # Views from points that are not corners, a kilobyte each: more waypoints than this are ordered a tenth slower.
 _KEPT = 256
-_END = -1
 
 
 class ShortestPaths:
@@ -104,7 +103,7 @@ class ShortestPaths:
         """Return the corners of the shortest path between two points, by A*; None if there is no path."""
         if self._sees(start, np.array([end]))[0]:
             return []
-        last = dict(self._view_from(end))
+        last = {corner for corner, _ in self._view_from(end)}
         ahead = np.abs(self._corners - end).tolist()
         reached = set()
         # By the least length of a path through a corner: the corner, the length to it, and all corners up to it.
@@ -115,14 +114,11 @@ class ShortestPaths:
         heapify(waiting)
         while waiting:
             _, corner, length, corners = heappop(waiting)
-            if corner == _END:
-                return corners
+            if corner in last:
+                return corners  # and straight on to the end
             if corner in reached:
                 continue  # by a shorter path
             reached.add(corner)
-            if corner in last:
-                whole = length + last[corner]
-                heappush(waiting, (whole, _END, whole, corners))
             for other, step in self._view(corner):
                 if other not in reached:
                     least = length + step + ahead[other]
