@@ -488,7 +488,10 @@ def test_setup_lists_what_the_page_offers() -> None:
         assert (gait["color"], gait["sign"]) == (published.color, published.sign)
         assert np.allclose(gait["waypoints"], published.angles)
     for name, allowed in setup["ranges"].items():
-        for end in (allowed["low"], allowed["high"]):
+        ends = [allowed["low"], allowed["high"]]
+        words = re.findall(r"\d[\d.e-]*", allowed["allowed"])
+        assert [float(word) for word in words] == ends
+        for end in ends:
             state_of({name: end, "method": "grid", "view": {"anything": ["goes"]}})
 
 

@@ -75,6 +75,8 @@ def test_errors_are_bounded_and_average_out(points: Any, lag: float, law: Any) -
     # What is commanded and what is attained have the same mean: the error has none.
     mean = np.trapezoid(response.error, response.t, axis=0)
     assert np.abs(mean).max() <= 1e-3 * response.peak.max() + 1e-12
+    square = np.trapezoid(response.error**2, response.t, axis=0)
+    np.testing.assert_allclose(response.rms**2, square, rtol=1e-9, atol=1e-30)
     # Opposite servos that share a lag err alike, to the last bit.
     np.testing.assert_array_equal(response.error[:, :2], response.error[:, 2:])
     assert response.distance_off_sheet == 0
