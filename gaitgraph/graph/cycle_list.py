@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 
     import networkx as nx
 
-    from gaitgraph import later
     from gaitgraph.gait.gait import Gait
 
 _ROUNDING = 1000  # quanta: what rounding its edges may add to a cycle
@@ -95,11 +94,6 @@ class Cycle(ClosedWalk):
     def path(self) -> Gait:
         """The gait through all nodes."""
         return gait_along(self.surface, self.nodes)
-
-    @property
-    def report(self) -> later.Report:
-        """All checks of the gait with straight runs merged, with the graph's floor; milliseconds."""
-        return self.path.merged().check(floor=metadata_of(self.surface)["floor"])
 
     @property
     def reachable_from_hover(self) -> bool:

@@ -10,7 +10,7 @@ is found (:mod:`gaitgraph.optimization.least_effort`).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -135,8 +135,8 @@ class OptimalGait(Pictured):
     stationarity: float | None = None
     violation: float | None = None
     active: tuple[str, ...] = ()
-    passed: FloatArray | None = None
-    times: FloatArray | None = None
+    passed: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
+    times: FloatArray = field(default_factory=lambda: np.empty(0))
     history: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -158,7 +158,7 @@ class OptimalGait(Pictured):
     @property
     def standstill(self) -> str | None:
         """Where the gait stands still, with advice; None if it moves."""
-        if self.curve is None or self.passed is None or self.curve.length > CLEARANCE:
+        if self.curve is None or self.curve.length > CLEARANCE:
             return None
         a1, a2 = self.passed[0, :2]
         advice = "for a gait that moves, use smaller radii or waypoints farther apart"
@@ -202,36 +202,39 @@ class OptimalGait(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        answer = self._plain("status", "reason", "objective", "sign")
-        answer |= self._plain(
-            "waypoints", "radius", "period", "value", "bound", "effort"
-        )
-        answer |= {"length": None, "optimality": None, "passed": [], "times": []}
-        answer |= {"path": [], "colors": [], "history": list(self.history)}
+        answer: dict[str, Any] = {
+            "status": self.status,
+            "reason": self.reason,
+            "objective": self.objective,
+            "sign": self.sign,
+            "waypoints": self.waypoints.tolist(),
+            "radius": self.radius.tolist(),
+            "period": self.period,
+            "value": self.value,
+            "bound": self.bound,
+            "effort": self.effort,
+            "length": None,
+            "optimality": None,
+            "passed": self.passed.tolist(),
+            "times": self.times.tolist(),
+            "path": [],
+            "colors": [],
+            "history": list(self.history),
+            **verdict_of(self.judged),
+            "warnings": self._warnings,
+        }
         if self.curve is not None:
             path = self.curve.polyline(_CHORD)
-            answer["length"] = self.curve.length
-            answer["optimality"] = self._plain(
-                "gap", "stationarity", "violation", "active"
-            )
-            answer |= self._plain("passed", "times")
-            answer["path"] = path.alpha.tolist()
-            answer["colors"] = list(path.colors)
-        answer |= verdict_of(self.judged)
-        answer["warnings"] = self._warnings
+            names = ("gap", "stationarity", "violation", "active")
+            answer |= {
+                "length": self.curve.length,
+                "optimality": {name: getattr(self, name) for name in names},
+                "path": path.alpha.tolist(),
+                "colors": list(path.colors),
+            }
         if self.standstill:
             answer["warnings"].insert(0, self.standstill)
         return answer
-
-    def _plain(self, *names: str) -> dict[str, Any]:
-        """Return fields as plain values."""
-        fields = {}
-        for name in names:
-            value = getattr(self, name)
-            if isinstance(value, np.ndarray):
-                value = value.tolist()
-            fields[name] = value
-        return fields
 
     @property
     def _warnings(self) -> list[str]:

@@ -401,15 +401,12 @@ def _end_of(
         handed, vehicle=vehicle, coefficients=coefficients, name=name, once=False
     )
     table = given.table
-    motion = None
-    limits: Mapping[str, Any] = {}
-    if table is None and given.motion is not None:
+    is_timed = given.motion is not None
+    if table is not None:
+        is_timed = "t" in table
+    if is_timed:
         motion = played(given)
-        limits = motion.made_for
-    elif table is not None and "t" in table:
-        motion = played(given)
-        limits = table.limits
-    if motion is not None:
+        limits: Mapping[str, Any] = motion.made_for if table is None else table.limits
         place = gait_through(motion.at(0.0).alpha[None], motion.gait)
         each = {kind: tuple(limit) for kind, limit in limits.items()}
         return _End(motion.gait, place, [0], motion, each)
