@@ -196,7 +196,7 @@ def test_cycles_fly_along_the_sheet(vehicle: gg.Vehicle) -> None:
         off = np.abs(passed[-1] - passed[0] - (end - start)[2:]).max()
         assert edge["jump"] == pytest.approx(off, abs=1e-9)
     for cycle in islice(gg.cycles(graph, require="flyable"), 5):
-        report = cycle.report
+        report = cycle.path.merged().check()
         assert cycle.flyable
         assert report.flyable
         least = report["least_singular_value"].value
