@@ -233,6 +233,17 @@ def total(order: Sequence[int], lengths: Any) -> float:
     return float(sum(lengths[pair] for pair in closed(order)))
 
 
+@pytest.mark.parametrize(("number", "seed"), [(2, 0), (9, 2)])
+def test_up_to_nine_stops_have_the_shortest_order(number: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    lengths = rng.integers(1, 50, (number, number))
+    lengths += lengths.T
+    order = shortest_order(number, lambda a, b: float(lengths[a, b])) or ()
+    assert order[0] == 0
+    orders = itertools.permutations(range(1, number))
+    assert total(order, lengths) == min(total((0, *rest), lengths) for rest in orders)
+
+
 def test_many_places_have_a_good_order() -> None:
     """A wall between them takes a way around; Christofides' bound counts from the shortest tree, which no order beats."""
     places = np.random.default_rng(0).uniform(0, 1, (80, 2))
