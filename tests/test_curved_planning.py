@@ -267,6 +267,18 @@ def test_a_certificate_proves_rates_along_the_sheet(run: Any, tmp_path: Path) ->
     assert run("verify", "proof.json", "odd.csv").code == 0
 
 
+def test_attitudes_are_acceptable_on_the_sheet_and_not_on_the_plane() -> None:
+    on_sheet, on_plane = (
+        gg.robustness_of(gait, curves=0).as_mapping()["acceptable_fraction"]
+        for gait in (
+            gg.lift(SQUARE, "red", vehicle=ODD),
+            gg.Gait(alpha=PLANE, vehicle=ODD),
+        )
+    )
+    assert on_sheet == pytest.approx(1.0, abs=1e-3)
+    assert on_plane < 0.98
+
+
 def test_a_table_of_few_rows_says_how_far_its_chords_leave_the_sheet(
     tmp_path: Path,
 ) -> None:

@@ -203,3 +203,12 @@ def test_turning_back_stays_on_the_line_and_reaches_the_tip() -> None:
     np.testing.assert_allclose([turned.min(), turned.max()], [0.4, 1.2], atol=1e-15)
     # Forth once and back once.
     assert rounding.curve.length == pytest.approx(gait.length, abs=1e-5)
+
+
+def test_straight_runs_need_no_blend_and_legs_are_shared() -> None:
+    gait = gg.lift([(0.4, -0.4), (0.6, -0.4), (0.8, -0.4), (0.8, -1.2)], "red")
+    rounding = rounded(gait, 1.0)
+    assert (len(rounding.gait.alpha), rounding.merged) == (3, (0, 1, 2))
+    assert "3 corners rounded" in str(rounding)
+    # A small tolerance needs no shrinking.
+    assert rounded(gait, 1e-5).as_mapping()["shrunk"] == []

@@ -58,6 +58,21 @@ def test_the_response_is_that_of_the_transfer_function(
     np.testing.assert_allclose(at_peak, size.max(axis=0), atol=1e-12)
 
 
+@pytest.mark.parametrize("tau", [0.01, 0.1, 1.0])
+def test_a_triangle_wave_has_its_closed_form(tau: float) -> None:
+    """Constant rates ±v, each for half a period: the error settles to v·τ·tanh(T/4τ) at the turns."""
+    gait = lift([(0.4, -0.4), (1.2, -0.4)], "red")
+    response = servo_response(gait.parametrize(2.0, law="constant-speed"), tau)
+    rate, h = 0.8, response.t[1]
+    edge = rate * tau * np.tanh(2.0 / (4 * tau))
+    half = response.t <= 1.0
+    curve = rate * tau - (rate * tau + edge) * np.exp(-response.t[half] / tau)
+    np.testing.assert_allclose(response.error[half, 0], curve, atol=1e-12)
+    assert not response.error[:, [1, 3]].any()
+    most = h**2 / 4 * rate / tau + h * rate  # between times, and beside the commands
+    assert response.slack[0] == pytest.approx(min(most, rate * tau - edge))
+
+
 @settings(deadline=None, max_examples=12)
 @given(
     points=st.lists(
