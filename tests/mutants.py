@@ -79,6 +79,8 @@ def nodes(tree: ast.AST) -> Iterator[ast.AST]:
     todo = [tree]
     while todo:
         node = todo.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
         yield node
         for field, value in ast.iter_fields(node):
             if field not in ("annotation", "returns", "type_params"):
