@@ -290,7 +290,8 @@ def test_stamps_of_a_bag_are_whole_nanoseconds(planned: Path) -> None:
     closed = [*gait.alpha, gait.alpha[0]]
     uneven = table_from(closed, t=[0.0, 1 / 3, 10 / 3, 11 / 3])
     gg.io.write_tables(uneven, [planned / "q.mcap"])
-    assert gg.certificates.verify(gg.certify(uneven), planned / "q.mcap")
+    (alone,) = (planned / "q.mcap").glob("*.mcap")
+    assert gg.certificates.verify(gg.certify(uneven), alone)
     certificate = gg.certify(gait.parametrize(1.0))
     late = gait.parametrize(1.0 + 3e-7, samples=7)
     late.write(planned / "late.mcap")

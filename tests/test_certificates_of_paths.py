@@ -65,7 +65,7 @@ def test_a_mission_is_certified_and_compared_with_its_table(tmp_path: Path) -> N
     assert note_on_certificate(table, rows, gg.PAPER) == ""
     document = json.loads(path.read_text())
     path.write_text(json.dumps({**document, "path": "closed"}))
-    assert "its motion is run once, and the path" in verify(path).off
+    assert "its motion is run once, and the path" in verify(path).as_mapping()["off"]
     assert "its motion is run once" in note_on_certificate(table, rows, gg.PAPER)
 
 

@@ -176,11 +176,11 @@ def certificate_beside(gait_file: Path) -> Path:
 
 
 def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
-    """Return why the certificate beside a gait file is not that of its rows and vehicle, "" if it is or there is none."""
+    """Return why the certificate that lies beside a gait file is not that of its rows and vehicle, "" if it is."""
     from gaitgraph.certificates.making import stated_vehicle
 
     beside = certificate_beside(gait_file)
-    if not beside.is_file() or "t" not in table or len(table) > _MOST_ROWS:
+    if "t" not in table or len(table) > _MOST_ROWS:
         return ""
     name = f"the certificate {beside.name!r}"
     try:

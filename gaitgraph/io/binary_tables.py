@@ -37,6 +37,11 @@ def library(what: str) -> Iterator[None]:
 
     Only calls of the library belong within: an error of our own code is no broken file. An OSError of the system, and
     warnings of the library, are passed over.
+
+    >>> with library("a list"):
+    ...     raise ValueError("it is short")
+    Traceback (most recent call last):
+    gaitgraph.errors.InputError: it is not a list, or it is broken (it is short)
     """
     try:
         with warnings.catch_warnings(action="ignore"):
