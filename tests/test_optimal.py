@@ -153,6 +153,8 @@ def test_the_same_is_asked_again_and_slower() -> None:
     told = f"any gait through these discs has at most {reserve.bound:.4f}"
     assert told in str(reserve)
     assert slower.effort == pytest.approx(reserve.effort / 2, rel=1e-6)
+    longer = reserve.timed().with_period(4.0).at(3.0).rates
+    np.testing.assert_allclose(longer, reserve.curve.at(1.5, 1) / 2, atol=1e-12)
     # The Cauchy–Schwarz inequality, which is sharp at constant speed.
     constant = 2 * reserve.curve.length**2 / 2.0
     assert constant < reserve.effort < 1.05 * constant

@@ -261,7 +261,6 @@ integer=True | integer must be left out for the unit 'rad'
 us_per_rad=400 | us_per_rad must be left out for the unit 'rad'
 limits=["1rad", "-1rad"] | limits must be .*in this order
 limits=3 | limits must be
-limits=[-math.inf, 1] | limits must be
 sign=2 | sign must be 1 or −1
 zero="5dg" | zero must be
 clip=1 | clip must be

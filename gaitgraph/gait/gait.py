@@ -465,7 +465,15 @@ PAPER_GAITS = {f"gait{number}": number for number in _LOOPS}
 
 
 def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gait:
-    """Return Gait 1 to 4 for a vehicle; for the other rotor spin the loop is mirrored in the origin."""
+    """Return Gait 1 to 4 for a vehicle; for the other rotor spin the loop is mirrored in the origin.
+
+    >>> for number in (1, 2, 4):
+    ...     loop = paper_gait(number, PAPER, coefficients_of(PAPER)).alpha[:, :2]
+    ...     print(*[f"({text_from_angle(x)}, {text_from_angle(y)})" for x, y in loop])
+    (5π/16, π/8) (5π/16, 3π/8) (π/16, 3π/8) (π/16, π/8)
+    (3π/8, -3π/8) (3π/8, -π/8) (π/8, -π/8) (π/8, -3π/8)
+    (-π/8, π/8) (-π/8, 3π/8) (-3π/8, 3π/8) (-3π/8, π/8)
+    """
     color, points = _LOOPS[number]
     side = 1 if vehicle.signed_drag_ratio > 0 else -1
     return lift(
