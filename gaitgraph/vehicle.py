@@ -417,7 +417,8 @@ class Vehicle(Pictured):
         for name in names:
             if getattr(self, name) is None:
                 raise MissingConstant(
-                    f"vehicle {self.name!r} states no {name} ({UNITS[name]}), which {purpose} needs"
+                    f"vehicle {self.name!r} states no {name} ({UNITS[name]}), which {purpose} needs",
+                    field=f"vehicle.{name}",
                 )
         return tuple(getattr(self, name) for name in names)
 

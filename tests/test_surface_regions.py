@@ -252,6 +252,54 @@ def test_inner_and_outer_are_as_near_as_stated_with_few_corners(
     assert len(points) == pytest.approx(corners, rel=0.05)
 
 
+def flat(turn: float, drag: float, arm: float = 0.3) -> Vehicle:
+    """A flat frame whose second pair of rotors is `turn` beyond a right angle from the first."""
+    second = (-arm * math.sin(turn), arm * math.cos(turn), 0.0)
+    places = [(arm, 0.0, 0.0), second]
+    opposite = [(-x, -y, z) for x, y, z in places]
+    return Vehicle(rotor_positions=[*places, *opposite], drag_to_thrust=drag)
+
+
+# Where a border nearly is a product of a function of each angle, its rounded corner was drawn square, up to 29 % below
+# the floor; where its zeros nearly meet, the outer polygon missed what is admissible by twelve times the accuracy.
+@pytest.mark.parametrize(
+    ("vehicle", "floor"),
+    [
+        (flat(0.7, 30.0), 0.05),
+        (flat(0.7, 1.0), 2e-3),
+        (flat(0.7, 0.1), 5e-4),
+        *[
+            (flat(turn, 0.05), floor)
+            for turn in (1e-8, 1e-5, 1e-2)
+            for floor in (0.05, 1e-3)
+        ],
+        (
+            Vehicle(
+                rotor_positions=[
+                    (-0.09208265881237944, -0.19781050328098718, 0.0),
+                    (0.029947101506344442, -0.041913284688984656, 0.08413659744152144),
+                    (0.09208265881237944, 0.19781050328098718, 0.0),
+                    (-0.029947101506344442, 0.041913284688984656, 0.08413659744152144),
+                ],
+                drag_to_thrust=[0.3712327583685698, 0.8929049142826571] * 2,
+            ),
+            1e-3,
+        ),
+    ],
+)
+def test_borders_that_nearly_are_products_or_meet(
+    vehicle: Vehicle, floor: float
+) -> None:
+    region = singular_value_region(floor, vehicle)
+    corners = shapely.get_coordinates(region.inner)
+    assert least_singular_value(red(corners), vehicle).min() >= floor * (1 - 1e-9)
+    around = shapely.get_coordinates(region.outer.buffer(1e-9).boundary)
+    inside = np.abs(around).max(axis=1) < HALF_PI
+    beyond = least_singular_value(red(around[inside]), vehicle)
+    assert beyond.max() < floor + 1e-6 * floor**0.5 + 1e-6
+    assert len(corners) < 20_000
+
+
 @pytest.mark.parametrize("vehicle", SQUARE)
 def test_a_quarter_is_its_part_of_the_region(vehicle: Vehicle) -> None:
     whole = admissible_region(vehicle, sign="negative")

@@ -255,8 +255,8 @@ def basins_of(
         raise wrong("bias", "must be different numbers in (0, 1]", biases)
     gaits = [timed if eta == 1 else biased_timed_gait(timed, eta) for eta in biases]
     angles = _grid_angles(resolution, extent)
-    whole_number("begins", begins, 1, _MOST_FLIGHTS)
-    flights = len(biases) * int(begins) * int(resolution) ** 2
+    begins = whole_number("begins", begins, 1, _MOST_FLIGHTS)
+    flights = len(biases) * begins * len(angles) ** 2
     if flights > _MOST_FLIGHTS:
         raise wrong("resolution", f"must make at most {_MOST_FLIGHTS} flights", flights)
     starts = timed.period * np.arange(begins) / begins
@@ -277,7 +277,7 @@ def basins_of(
 
 def _grid_angles(resolution: int, extent: float | str) -> FloatArray:
     """Return the angles of a grid, evenly from −extent to extent; the middle of an odd number is zero exactly."""
-    whole_number("resolution", resolution, 1, _MOST_FLIGHTS)
+    resolution = whole_number("resolution", resolution, 1, _MOST_FLIGHTS)
     span = angle_from_text(extent, "extent")
     if not 0 < span < HALF_PI:
         raise wrong(

@@ -121,7 +121,7 @@ class Engine:
         self, vehicle: VehicleLike, *, step: float = 1e-3, air: bool = False
     ) -> None:
         vehicle = vehicle_named(vehicle)
-        checked_number("step", step, "a positive number (s)", above=True)
+        step = checked_number("step", step, "a positive number (s)", above=True)
         self.model = copy(_model_of(vehicle, step, air))
         self.data = self.mujoco.MjData(self.model)
 

@@ -15,7 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import later
-from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
+from gaitgraph.angles import (
+    angles_from,
+    checked_number,
+    is_list,
+    text_from_angle,
+    whole_number,
+)
 from gaitgraph.arrays import read_only, read_only_mapping
 from gaitgraph.errors import check_kind, wrong
 from gaitgraph.invertibility.coefficients import (
@@ -293,7 +299,7 @@ class Gait(Pictured):
 
 def lift(
     points: npt.ArrayLike,
-    colors: str | Iterable[str],
+    colors: str | Sequence[str],
     *,
     vehicle: VehicleLike = PAPER,
     coefficients: CoefficientsLike | None = None,
@@ -322,10 +328,7 @@ def lift(
         raise wrong(
             "points", "must have the shape (n, 2) with n at least 1", plane.shape
         )
-    if isinstance(colors, Iterable) and not isinstance(colors, str):
-        names = tuple(colors)
-    else:
-        names = (colors,) * len(plane)
+    names = tuple(colors) if is_list(colors) else (colors,) * len(plane)
     if len(names) != len(plane) or not all(
         isinstance(name, str) and name in COLORS for name in names
     ):
@@ -438,7 +441,7 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
     """
     points = Gait(alpha=alpha).alpha
-    checked_number("tolerance", tolerance, "a number ≥ 0 (rad)")
+    tolerance = checked_number("tolerance", tolerance, "a number ≥ 0 (rad)")
     moves = np.abs(np.roll(points, -1, axis=0) - points).max(axis=1) > tolerance
     moves[0] |= not moves.any()
     points = points[moves]

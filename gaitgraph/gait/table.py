@@ -323,9 +323,9 @@ def surface_of(
         if coefficients is None:
             coefficients = about.get("coefficients")
     vehicle = vehicle_named(vehicle)
-    tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
-    checked_number("crossing_tolerance", tolerance, "a number ≥ 0 (rad)")
-    return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
+    stated = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
+    tolerance = checked_number("crossing_tolerance", stated, "a number ≥ 0 (rad)")
+    return vehicle, coefficients_of(vehicle, coefficients), tolerance
 
 
 def provenance_of(table: Table) -> dict[str, Any]:

@@ -318,7 +318,9 @@ class _Search:
     def margin(self, tolerance: float) -> ErrorMargin:
         """Return the margin; see :func:`servo_margin`."""
         allowed = "a number above 0, at most 1"
-        checked_number("tolerance", tolerance, allowed, above=True, most=1.0)
+        tolerance = checked_number(
+            "tolerance", tolerance, allowed, above=True, most=1.0
+        )
         # An error of the drag is worth one of the angle that is smaller by the drag ratio.
         scale = 1.0 if self.kind == "servo" else self.hover.drag_ratio
         parts = self._first_parts()

@@ -82,7 +82,7 @@ def mission(
     >>> flight.course.phases, flight.period
     (('hover', 'entry', 'gait', 'exit', 'hover'), 7.0)
     """
-    whole_number("periods", periods, 1, _MOST_PERIODS)
+    periods = whole_number("periods", periods, 1, _MOST_PERIODS)
     timed = played(gait, vehicle=vehicle, coefficients=coefficients)
     check_repeats(timed)
     line, law, seconds = _entry(timed, anyway=anyway)
@@ -102,7 +102,7 @@ def mission(
     if rate is None:
         return JoinedPath.of(known, round(timed.samples * whole / timed.period))
     frames = checked_clock(whole, law, rate=rate)
-    pause = _PAUSE + frames / rate - whole
+    pause = _PAUSE + frames / float(rate) - whole
     known[-1] = _path(timed.gait, line[:1], law, pause)
     return JoinedPath.of(known, frames)
 

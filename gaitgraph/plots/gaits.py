@@ -92,7 +92,7 @@ def gait_loop(
     pairs: list[Any] = list(permutations((1, 2, 3, 4), 2))
     if not is_list(angles) or tuple(angles) not in pairs:
         raise wrong("angles", "must be a pair of different ones of 1 to 4", angles)
-    checked_number("width", width)
+    width = checked_number("width", width)
     gait = given_gait(gait).gait
     is_new = ax is None
     ax = base.axes_or_new(ax)
@@ -156,7 +156,7 @@ def roll_pitch_diagram(
     `bias` is η of the biased gait, equations (14) and (15); without it only the gait is drawn. `name` is the gait's name
     in the legend. Singular curves have the ``gid`` "singular", shaded areas "acceptable", their borders "border".
     """
-    whole_number("count", count, 1, 10_000)
+    count = whole_number("count", count, 1, 10_000)
     report = robustness_of(
         gait,
         bias=() if bias is None else bias,

@@ -192,7 +192,8 @@ def attitudes_within(
     tolerance: float,
 ) -> AcceptableAttitudes:
     """Return :func:`acceptable_attitudes` of a polyline that ends where it starts, from its least tilt margin."""
-    checked_number("tolerance", tolerance, "a finite number above 0", above=True)
+    rule = "a finite number above 0"
+    tolerance = checked_number("tolerance", tolerance, rule, above=True)
     polygon, error = shapely.Polygon(), 0.0
     reason = ""
     if not margin.exists:

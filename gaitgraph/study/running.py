@@ -166,7 +166,7 @@ def run_study(
     if workers is not None and scheduler is not None:
         raise wrong("workers", "must be left out beside a scheduler", workers)
     if workers is not None:
-        whole_number("workers", workers, 0, _MOST_WORKERS)
+        workers = whole_number("workers", workers, 0, _MOST_WORKERS)
     try:
         import pyarrow as _  # noqa: F401
     except ImportError as error:

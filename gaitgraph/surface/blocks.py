@@ -11,6 +11,7 @@ and P with another matrix B.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -44,6 +45,22 @@ class Block:
     def is_product(self) -> bool:
         """Whether the determinant is a function of α1 times one of α2, and so vanishes on straight lines."""
         return bool(abs(np.linalg.det(self.form)) <= _ROUNDED * np.sum(self.form**2))
+
+    def corner(self, g: float) -> float:
+        """Return how far the border where a squared singular value is g is from straight lines at most [rad], or ∞.
+
+        It is where (g − |c1|²)·(g − |c2|²) = (c1·c2)², with columns c1 and c2. If these are across each other at all
+        angles, two factors vanish on lines. If they nearly are, and each has one direction, the lines are asymptotes of
+        hyperbolas: near a corner a column of size √g changes by more than half its largest size per radian.
+        """
+        sizes = np.linalg.norm([self.first, self.second], 2, axis=(1, 2))
+        cosine = float(np.abs(self.first.T @ self.second).max() / sizes.prod())
+        rounding = float(_ROUNDED * sizes.max() / math.sqrt(g))
+        if cosine <= _ROUNDED:
+            return rounding
+        if not self.is_product or cosine > 0.5 or g > sizes.min() ** 2 / 4:
+            return math.inf
+        return max(rounding, float(math.sqrt(g / sizes.prod()) * cosine))
 
     def determinant(self, alpha1: FloatArray, alpha2: FloatArray) -> FloatArray:
         """Return the determinant at α1 and α2 of shape (k,)."""

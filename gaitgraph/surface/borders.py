@@ -41,16 +41,17 @@ Phasors = npt.NDArray[np.complex128]
 
 _CHORDS = 8  # with which a curved edge is first tried
 _MOST_ROUNDS = 40  # of dividing chords
-_NARROW = 1e-3  # of the tolerance
+_NARROW = 0.1  # of the tolerance
 _ON_CIRCLE = 1e-4  # how far from the unit circle a root may be that counts as on it
 # Relative sizes below which rounding leaves a wave, a frequency, a second singular value instead of zero.
 _NO_WAVE = 1e-15
 _NO_FREQUENCY = 1e-10
-_RANK_ONE = 1e-13
+_RANK_ONE = 1e-14
 _FULL = 2 * math.pi
 _SAMPLES = 8  # of an angle, for waves of a degree below four
 _WAVE_NUMBERS = np.fft.fftfreq(_SAMPLES, 1 / _SAMPLES)
 _ORDERS = read_only(np.array(list(product(_WAVE_NUMBERS, repeat=2))).T)
+_GRID = read_only(_FULL / _SAMPLES * np.array(list(product(range(_SAMPLES), repeat=2))))
 _OF_CURVES = np.array([0, 1, 2, -2, -1])  # wave numbers of h in α1
 _DEGREE = 4  # of a discriminant
 # Beyond the square by more than its polygons are moved, so that its sides are no sides of theirs.
@@ -67,7 +68,7 @@ class Waves:
     @classmethod
     def of(cls, function: Function) -> Waves:
         """Return those of a trigonometric polynomial of (α1, α2), both of shape (k,), of degree two in each."""
-        phasors = _phasors(_on_grid(function)).ravel()
+        phasors = _phasors(function(*_GRID.T)).ravel()
         first, second = _ORDERS
         # Of two conjugate waves one counts, twice.
         counted = np.where((first > 0) | ((first == 0) & (second > 0)), 2.0, 0.0)
@@ -119,23 +120,22 @@ class Border:
     """Where h = squared² + rest vanishes, P² + Q.
 
     They are kept apart because along a border with small Q both P and its slope along the border are small, so that
-    much longer chords can be certified than from bounds of h as a whole.
+    much longer chords can be certified than from bounds of h as a whole. `corner` is how far the border is from
+    those of a function of α1 times one of α2 at most [rad]; with None the values of h say whether it is such a product.
     """
 
     rest: Waves
     squared: Waves = Waves(np.zeros((1, 4)))
+    corner: float | None = None
 
-    def at(self, alpha1: FloatArray, alpha2: FloatArray) -> FloatArray:
-        """Return h at α1 and α2 of shape (m,)."""
-        return self.left_at(np.column_stack([alpha1, alpha2]))
-
-    def left_at(self, points: FloatArray) -> FloatArray:
+    def at(self, points: FloatArray) -> FloatArray:
         """Return h at points of shape (m, 2)."""
         return np.asarray(self.squared.at(points) ** 2 + self.rest.at(points))
 
     def transposed(self) -> Border:
         """Return the border of (α2, α1)."""
-        return Border(self.rest.transposed(), self.squared.transposed())
+        squared = self.squared.transposed()
+        return Border(self.rest.transposed(), squared, self.corner)
 
     def deviation(
         self, starts: FloatArray, ends: FloatArray, reach: float
@@ -162,7 +162,7 @@ class Border:
         bend = np.abs(2 * p_along**2 + 2 * p * p_bend + q_bend)
         bend += half * (6 * most_along * p_most2 + 2 * most * p_most3 + q_most3)
         # e: what is left of h at the ends; then the bound of the module's docstring.
-        left = np.abs(self.left_at(np.concatenate([starts, ends])))
+        left = np.abs(self.at(np.concatenate([starts, ends])))
         left = left.reshape(2, -1).max(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             bound = (left + bend * length**2 / 8) / slope
@@ -185,34 +185,50 @@ class _Edges(NamedTuple):
 class _Curve:
     """A border as two α2 over each α1, in a range of α2.
 
-    Over each α1, h = m + 2·Re(c·exp(ikα2)) with polynomials m and c of exp(±iα1), whose phasors `table` has.
+    Over each α1, h = m + 2·Re(c·exp(ikα2)) with polynomials m and c of exp(±iα1). `roots` are the phasors of P, `rest`
+    those of Q.
     """
 
     def __init__(
-        self, border: Border, table: Phasors, frequency: int, bottom: float, top: float
+        self,
+        border: Border,
+        roots: Phasors,
+        rest: Phasors,
+        frequency: int,
+        bottom: float,
+        top: float,
     ) -> None:
         self.border = border
-        self.table = table[_OF_CURVES][:, [0, frequency]]
+        columns = [roots[:, 1], rest[:, 0], rest[:, frequency]]
+        self.table = np.column_stack(columns)[_OF_CURVES]
         self.frequency = frequency
         self.bottom, self.middle, self.top = bottom, (bottom + top) / 2, top
 
-    def _parts(self, alpha1: FloatArray) -> tuple[FloatArray, Phasors]:
-        """Return m and c."""
+    def _parts(self, alpha1: FloatArray) -> tuple[FloatArray, Phasors, FloatArray]:
+        """Return m, c and 4|c|² − m².
+
+        With P = 2·Re(b·exp(iα2)), m and c are 2|b|² and b² and those of Q. In the last |b|⁴ cancels, which may be much
+        larger than what is left.
+        """
         turns = np.exp(1j * np.outer(alpha1, _OF_CURVES))
-        mean, wave = (turns @ self.table).T
-        return mean.real, wave
+        root, mean, wave = (turns @ self.table).T
+        mean, square, size = mean.real, root**2, 2 * np.abs(root) ** 2
+        excess = 4 * (wave * np.conj(2 * square + wave)).real
+        excess -= mean * (2 * size + mean)
+        return size + mean, square + wave, excess
 
     def _zeros(self, alpha1: FloatArray) -> FloatArray:
         """Return both α2, shape (2, k); one angle twice where there is none."""
-        mean, wave = self._parts(alpha1)
-        rooted = np.sqrt(np.maximum(4 * np.abs(wave) ** 2 - mean**2, 0.0))
+        mean, wave, excess = self._parts(alpha1)
+        rooted = np.sqrt(np.maximum(excess, 0.0))
         phase, half = -np.angle(wave), np.arctan2(rooted, -mean)
         return np.array([phase - half, phase + half]) / self.frequency
 
     def breaks(self) -> FloatArray:
         """Return the α1 in [−π, π] where one zero may meet the other, or an end or the middle of the range of α2."""
-        mean, wave = self._parts(_FULL * np.arange(4 * _DEGREE) / (4 * _DEGREE))
-        samples = [4 * np.abs(wave) ** 2 - mean**2]
+        at = _FULL * np.arange(4 * _DEGREE) / (4 * _DEGREE)
+        mean, wave, excess = self._parts(at)
+        samples = [excess]
         for alpha2 in (self.bottom, self.middle, self.top):
             turned = wave * np.exp(1j * self.frequency * alpha2)
             samples.append(mean + 2 * turned.real)
@@ -221,8 +237,7 @@ class _Curve:
     def edges(self, limits: FloatArray) -> _Edges:
         """Return all edges over one interval of α1 after the other, from below to above."""
         middles = (limits[:-1] + limits[1:]) / 2
-        mean, wave = self._parts(middles)
-        has_zeros = 4 * np.abs(wave) ** 2 > mean**2
+        has_zeros = self._parts(middles)[2] > 0
         zeros = np.where(has_zeros, self._zeros(middles), math.nan)
         turn = _FULL / self.frequency
         copies = np.concatenate([zeros - turn, zeros, zeros + turn])
@@ -318,9 +333,8 @@ def where_negative(
     Where `also` vanishes the first h must not be positive, so that no border is missed. `bounds` are those of a shape in
     the square, beyond which the polygons may end.
     """
-    values = _on_grid(border.at)
-    table = _phasors(values)
-    sizes = np.abs(table)
+    roots, rest = border.squared.at(_GRID), border.rest.at(_GRID)
+    sizes = np.abs(_phasors(roots**2 + rest))
     has_frequency = sizes[:, 1:3].max(axis=0) > _NO_FREQUENCY * sizes.max()
     left, bottom, right, top = bounds
     if has_frequency.all():
@@ -333,22 +347,32 @@ def where_negative(
         shape = shapely.transform(turned.shape, lambda points: points[:, ::-1])
         return Drawn(shape, turned.is_straight)
 
-    def is_held(alpha1: FloatArray, alpha2: FloatArray) -> npt.NDArray[np.bool_]:
-        held = border.at(alpha1, alpha2) < 0
-        return held if also is None else held | (also.at(alpha1, alpha2) < 0)
+    def is_held(points: FloatArray) -> npt.NDArray[np.bool_]:
+        held = border.at(points) < 0
+        return held if also is None else held | (also.at(points) < 0)
 
     # A product of a function of α1 and one of α2 vanishes on straight lines.
+    values = (roots**2 + rest).reshape(_SAMPLES, _SAMPLES)
     of_first, factors, of_second = np.linalg.svd(values)
-    if factors[1] <= _RANK_ONE * factors[0]:
+    corner = border.corner
+    if corner is None:
+        corner = 0.0 if factors[1] <= _RANK_ONE * factors[0] else math.inf
+    if corner <= tolerance:
         x, y = _limits(zeros_of(of_first[:, 0])), _limits(zeros_of(of_second[0]))
         boxes = np.array([(*a, *b) for a, b in product(pairwise(x), pairwise(y))])
-        held = is_held(boxes[:, :2].mean(axis=1), boxes[:, 2:].mean(axis=1))
-        return Drawn(
-            shapely.union_all(shapely.box(*boxes[held][:, [0, 2, 1, 3]].T)), True
-        )
+        held = is_held(boxes.reshape(-1, 2, 2).mean(axis=2))
+        shape = shapely.union_all(shapely.box(*boxes[held][:, [0, 2, 1, 3]].T))
+        return Drawn(shape, corner <= ROUND_OFF)
 
     frequency = 1 if has_frequency[0] else 2
-    curve = _Curve(border, table, frequency, max(bottom, -_END), min(top, _END))
+    curve = _Curve(
+        border,
+        _phasors(roots),
+        _phasors(rest),
+        frequency,
+        max(bottom, -_END),
+        min(top, _END),
+    )
     edges = curve.edges(_limits(curve.breaks(), left, right))
     below = np.flatnonzero(np.diff(edges.interval) == 0)
     middle = (edges.low + edges.high)[below] / 2
@@ -356,7 +380,7 @@ def where_negative(
     traces = curve.traces(edges, tolerance)
     polygons = [
         shapely.Polygon(np.concatenate([traces[k], traces[k + 1][::-1]]))
-        for k in below[is_held(middle, between)]
+        for k in below[is_held(np.column_stack([middle, between]))]
     ]
     # The chords of a thin polygon may cross.
     return Drawn(shapely.union_all(shapely.make_valid(polygons)), False)
@@ -404,17 +428,10 @@ def _limits(breaks: FloatArray, low: float = -_END, high: float = _END) -> Float
     return np.asarray(limits[kept])
 
 
-def _on_grid(function: Function) -> FloatArray:
-    """Return the values of a function of (α1, α2) on a grid of whole turns, shape (8, 8)."""
-    angles = _FULL * np.arange(_SAMPLES) / _SAMPLES
-    alpha1, alpha2 = np.repeat(angles, _SAMPLES), np.tile(angles, _SAMPLES)
-    values: FloatArray = function(alpha1, alpha2).reshape(_SAMPLES, _SAMPLES)
-    return values
-
-
 def _phasors(values: FloatArray) -> Phasors:
-    """Return the Fourier coefficients of values on a grid, shape (8, 8)."""
-    return np.asarray(np.fft.fft2(values) / _SAMPLES**2)
+    """Return the Fourier coefficients of values at the points of the grid, shape (8, 8)."""
+    grid = values.reshape(_SAMPLES, _SAMPLES)
+    return np.asarray(np.fft.fft2(grid) / _SAMPLES**2)
 
 
 def zeros_of(samples: FloatArray) -> FloatArray:

@@ -109,9 +109,12 @@ def thrust_region(
     vehicle = vehicle_named(vehicle)
     accuracy, region = checked_accuracy(accuracy), hover_region(vehicle)
     if share is not None:
-        checked_number("share", share, "a positive finite number (of m·g)", above=True)
+        rule = "a number above 0, at most 1e12 (of m·g)"
+        share = checked_number("share", share, rule, above=True, most=1e12)
         region = thrust_limited(region, share, vehicle, accuracy, largest=True)
-    if checked_number("least", least, "a finite number ≥ 0 (of m·g)"):
+    rule = "a number from 0 to 1e12 (of m·g)"
+    least = checked_number("least", least, rule, most=1e12)
+    if least:
         region = thrust_limited(region, least, vehicle, accuracy, largest=False)
     return region
 
@@ -214,7 +217,8 @@ def _outside_bands(
     for block in (yaw_block(rotors), roll_block(rotors)):
         g = wide**2 / 2
         squares = Waves.of(block.squares)
-        border = Border(squares.scaled(-g, g**2), Waves.of(block.determinant))
+        determinant = Waves.of(block.determinant)
+        border = Border(squares.scaled(-g, g**2), determinant, block.corner(g))
         also = Border(squares.scaled(1.0, -2 * g))
         band = negative_pair(border, fine, also=also, around=within)
         if wide > floor:

@@ -715,7 +715,8 @@ def checked_clock(
     >>> checked_clock(2.0, "smooth", rate=50)
     100
     """
-    if not SHORTEST <= number_of(period) <= LONGEST:
+    seconds = number_of(period)
+    if not SHORTEST <= seconds <= LONGEST:
         raise wrong("period", "must be between 1e-6 and 1e9 s", period)
     checked_choice("law", law, LAWS)
     if samples is not None and rate is not None:
@@ -725,10 +726,11 @@ def checked_clock(
             value=samples,
         )
     if rate is not None:
-        if not 0 < period * number_of(rate) <= MOST_SAMPLES:
+        exact = seconds * number_of(rate)
+        if not 0 < exact <= MOST_SAMPLES:
             rule = f"positive and give at most {MOST_SAMPLES} samples"
             raise wrong("rate", f"must be {rule}", rate, f" Hz over {shown(period)} s")
-        samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
+        samples = max(1, math.ceil(exact * (1 - 1e-12)))
     if samples is None:
         samples = DEFAULT_SAMPLES
     return whole_number("samples", samples, 1, MOST_SAMPLES)

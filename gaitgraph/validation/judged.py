@@ -77,12 +77,14 @@ class Criteria:
     passing: float = 0.0
 
     def __post_init__(self) -> None:
-        checked_floor(self.floor)
+        checked = {"floor": checked_floor(self.floor)}
         for name in ("tolerance", "crossing_tolerance"):
-            checked_number(name, getattr(self, name))
+            checked[name] = checked_number(name, getattr(self, name))
         if self.angle_rounding is not None:
             rounding = angle_within(self.angle_rounding, "angle_rounding", least=0.0)
-            object.__setattr__(self, "angle_rounding", rounding)  # the record is frozen
+            checked["angle_rounding"] = rounding
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)  # the record is frozen
 
     @property
     def has_planes(self) -> bool:
