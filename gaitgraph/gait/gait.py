@@ -328,7 +328,9 @@ def lift(
         raise wrong(
             "points", "must have the shape (n, 2) with n at least 1", plane.shape
         )
-    names = tuple(colors) if is_list(colors) else (colors,) * len(plane)
+    names: tuple[Any, ...] = (colors,) * len(plane)
+    if is_list(colors):
+        names = tuple(colors)
     if len(names) != len(plane) or not all(
         isinstance(name, str) and name in COLORS for name in names
     ):

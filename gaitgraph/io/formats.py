@@ -334,6 +334,7 @@ def check_outputs(
 ) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
     known = [known_format(path, "output") for path in paths]
+    periods = whole_number("periods", periods, 1, _MOST_PERIODS)
     if periods > 1 and all(form.module is c_header for form in known):
         raise InputError(
             f"periods needs a table, .mcap or .yaml as output, got {periods} without one",

@@ -25,7 +25,7 @@ from gaitgraph.angles import HALF_PI, checked_floor, number_of
 from gaitgraph.errors import Infeasible, InputError, wrong
 from gaitgraph.gait.gait import Gait, gait_through, lift, there_and_back
 from gaitgraph.gait.given import given_gait
-from gaitgraph.gait.table import RATE_UNITS, Table
+from gaitgraph.gait.table import RATE_CHECKS, RATE_UNITS, Table
 from gaitgraph.io.formats import write_tables
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import length_of, shortest_path
@@ -43,6 +43,7 @@ from gaitgraph.timing.joining import (
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.lifted_gait import is_lifted, path_of
 from gaitgraph.timing.timed_gait import (
+    ROW_BY_ROW,
     TimedPath,
     checked_clock,
     table_of,
@@ -339,7 +340,7 @@ def transition(
         law=law,
         limits=limits,
     )
-    return _judged(answer, limited, floor)
+    return _judged(answer, limited, floor, leaving, joining)
 
 
 class _End(NamedTuple):
@@ -431,7 +432,7 @@ def _least_duration(limited: Gait, law: LawName) -> float:
     return min(math.ceil(seconds * 1000) / 1000, _LONGEST)
 
 
-def _judged(answer: Transition, limited: Gait, floor: float) -> Transition:
+def _judged(answer: Transition, limited: Gait, floor: float, *ends: _End) -> Transition:
     """Return a path with its report: of the path there and back, with a run-up or a run-down of the whole table."""
     if answer.run_down is None and answer.run_up is None:
         timed = limited.parametrize(2 * answer.duration, law=answer.law)
@@ -443,7 +444,13 @@ def _judged(answer: Transition, limited: Gait, floor: float) -> Transition:
             coefficients=limited.coefficients.kind,
             floor=floor,
         )
-    reason = None if report.flyable else report.reason
+    if report.flyable:
+        return replace(answer, judged=report)
+    reason = report.reason
+    broken = {check.name for check in report.checks if not check.ok}
+    laws = [end.motion.law for end in ends if end.motion is not None]
+    if ROW_BY_ROW in laws and broken and broken <= set(RATE_CHECKS):
+        reason = f"{reason}; the gait is known by its rows alone, and more of them may be enough"
     return replace(answer, reason=reason, judged=report)
 
 
