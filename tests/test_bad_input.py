@@ -9,6 +9,8 @@ import math
 import os
 import pickle
 import re
+from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -201,6 +203,29 @@ def check_held(error: gg.GaitgraphError, value: object) -> None:
     for known in ("field", "row", "path"):
         assert stated.get(known) == getattr(error, known)
     assert ("value" in stated) == (error.value is not None)
+
+
+def numbers_of_calls() -> list[tuple[str, str, Any]]:
+    """Return the arguments of calls that are numbers, where they are given or by default, with other kinds of number."""
+    found: list[tuple[str, str, Any]] = []
+    for name, given in CALLS.items():
+        parameters = inspect.signature(FUNCTIONS[name]).parameters.values()
+        stated = {one.name: given.get(one.name, one.default) for one in parameters}
+        for argument, value in stated.items():
+            if type(value) is int:
+                found.append((name, argument, np.int64(value)))
+            if type(value) is float:
+                found.append((name, argument, Fraction(repr(value))))
+                found.append((name, argument, Decimal(repr(value))))
+    return found
+
+
+@pytest.mark.parametrize(("name", "argument", "number"), numbers_of_calls())
+def test_numbers_of_any_kind_are_numbers(
+    name: str, argument: str, number: Any, tmp_path: Path, monkeypatch: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    FUNCTIONS[name](**CALLS[name] | {argument: number})
 
 
 CHOICES = set("reference arms saturation seed wind".split())

@@ -199,8 +199,9 @@ def test_a_constant_that_is_needed_and_not_stated_is_named_with_its_purpose() ->
     bare = Vehicle(name="bare", drag_ratio=0.1)
     for name in UNITS.keys() - {"drag_ratio", "gravity", "rotor_height"}:
         message = f"^vehicle 'bare' states no {name} .*, which a test needs$"
-        with pytest.raises(MissingConstant, match=message):
+        with pytest.raises(MissingConstant, match=message) as caught:
             bare.require(name, purpose="a test")
+        assert caught.value.field == f"vehicle.{name}"
     assert PAPER.require("arm_length", "mass", purpose="nothing") == (0.1785, 0.429)
 
 

@@ -137,6 +137,8 @@ class FlightSettings(Record):
             if not low <= number_of(value) <= high:
                 rule = f"must be between {low:g} and {high:g} ({unit})"
                 raise wrong(setting.name, rule, value)
+            if not isinstance(value, (int, float)):
+                object.__setattr__(self, setting.name, number_of(value))
         checked_choice("reference", self.reference, REFERENCES)
         if self.arms is not None:
             checked_choice("arms", self.arms, get_args(Arms))

@@ -213,7 +213,7 @@ class Gait(Pictured):
 
     def biased(self, bias: float) -> Gait:
         """Return the gait with α3 and α4 scaled by η in (0, 1], equations (12) to (15); it leaves the surfaces."""
-        checked_factor("bias", bias)
+        bias = checked_factor("bias", bias)
         alpha = self.alpha * np.array([1, 1, bias, bias])
         colors = self.colors if bias == 1 else ()
         return replace(self, alpha=alpha, colors=colors, request={})

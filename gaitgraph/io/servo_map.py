@@ -137,9 +137,10 @@ class Joint(Record):
         must("column", _is_name(self.column), _NAME)
         must(
             "rotor",
-            isinstance(self.rotor, int) and number_of(self.rotor) in (1, 2, 3, 4),
+            hasattr(self.rotor, "__index__") and number_of(self.rotor) in (1, 2, 3, 4),
             "1, 2, 3 or 4",
         )
+        object.__setattr__(self, "rotor", int(self.rotor))  # the record is frozen
         must("sign", number_of(self.sign) in (1, -1), "1 or −1")
         must("zero", math.isfinite(number_of(self.zero)), "a finite angle (rad)")
         for field in fields(self):

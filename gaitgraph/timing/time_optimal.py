@@ -255,11 +255,12 @@ def paced(
     T = 0.7 s is too short: α1 alone needs at least 0.8000 s under the limits
     """
     count = checked_clock(period, "smooth", samples=samples, rate=rate)
+    period = float(period)
     routes = _routes(path, limits, rounding)
     answer = _least(routes, nodes, progress)
     timed = answer.timed
     if answer.status == "still":
-        timed = replace(routes[0].standing(float(period)), samples=count)
+        timed = replace(routes[0].standing(period), samples=count)
         return replace(answer, status="ok", reason="", timed=timed)
     if timed is None:
         return answer
