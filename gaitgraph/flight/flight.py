@@ -144,7 +144,8 @@ class FlightSettings(Record):
             checked_choice("arms", self.arms, get_args(Arms))
         if not isinstance(self.saturation, bool):
             raise wrong("saturation", "must be true or false", self.saturation)
-        whole_number("seed", self.seed, 0, (1 << 64) - 1)
+        seed = whole_number("seed", self.seed, 0, (1 << 64) - 1)
+        object.__setattr__(self, "seed", seed)  # the record is frozen
         rule = "must be two or three numbers from -100 to 100 (m/s)"
         self._check_parts("wind", 3, 100.0, rule)
         rule = "must be four angles from -π/2 to π/2 (rad)"

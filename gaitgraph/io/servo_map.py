@@ -140,7 +140,6 @@ class Joint(Record):
             hasattr(self.rotor, "__index__") and number_of(self.rotor) in (1, 2, 3, 4),
             "1, 2, 3 or 4",
         )
-        object.__setattr__(self, "rotor", int(self.rotor))  # the record is frozen
         must("sign", number_of(self.sign) in (1, -1), "1 or −1")
         must("zero", math.isfinite(number_of(self.zero)), "a finite angle (rad)")
         for field in fields(self):
@@ -176,6 +175,17 @@ class Joint(Record):
                 -math.inf < low < high < math.inf,
                 "the least and the largest angle (rad), in this order",
             )
+        self._keep_plain_numbers()
+
+    def _keep_plain_numbers(self) -> None:
+        """Keep Python's own numbers instead of others, which JSON does not take."""
+        plain: dict[str, Any] = {"rotor": int(self.rotor), "sign": int(self.sign)}
+        for name in ("zero", "us_per_rad", "neutral_us"):
+            value = getattr(self, name)
+            if not isinstance(value, (int, float, type(None))):
+                plain[name] = number_of(value)
+        for name, number in plain.items():
+            object.__setattr__(self, name, number)  # the record is frozen
 
     @property
     def _of_other_units(self) -> tuple[str, ...]:

@@ -352,11 +352,12 @@ def where_negative(
         return held if also is None else held | (also.at(points) < 0)
 
     # A product of a function of α1 and one of α2 vanishes on straight lines.
-    values = (roots**2 + rest).reshape(_SAMPLES, _SAMPLES)
-    of_first, factors, of_second = np.linalg.svd(values)
     corner = border.corner
-    if corner is None:
-        corner = 0.0 if factors[1] <= _RANK_ONE * factors[0] else math.inf
+    if corner is None or corner <= tolerance:
+        values = (roots**2 + rest).reshape(_SAMPLES, _SAMPLES)
+        of_first, factors, of_second = np.linalg.svd(values)
+        if corner is None:
+            corner = 0.0 if factors[1] <= _RANK_ONE * factors[0] else math.inf
     if corner <= tolerance:
         x, y = _limits(zeros_of(of_first[:, 0])), _limits(zeros_of(of_second[0]))
         boxes = np.array([(*a, *b) for a, b in product(pairwise(x), pairwise(y))])

@@ -129,7 +129,9 @@ class TimedGait(Pictured):
         if type(self) is TimedGait:  # other motions have laws and rows of their own
             checked_choice("law", self.law, LAWS)
             most = MOST_SAMPLES
-        whole_number("samples", self.samples, 1, most)
+        samples = whole_number("samples", self.samples, 1, most)
+        object.__setattr__(self, "samples", samples)  # the record is frozen
+        object.__setattr__(self, "period", float(self.period))
         freeze_arrays(self)
 
     @property
