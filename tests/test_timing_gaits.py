@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
@@ -27,6 +27,7 @@ JUMPS = [(inf, inf), (inf, inf)]
 
 
 @settings(deadline=None, max_examples=30)
+@example([(0.0, 0.0), (0.0, 7.5e-155), (0.0, 1.0)], "smooth", 1.0, 1)
 @given(
     points=st.lists(st.tuples(angle, angle), min_size=1, max_size=6),
     law=st.sampled_from([*LAWS]),

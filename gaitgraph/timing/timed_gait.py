@@ -234,7 +234,9 @@ class TimedGait(Pictured):
         return Motion(
             alpha=gait.alpha[segment] + progress[..., None] * step,
             rates=(speed * per_second)[..., None] * step,
-            accelerations=(acceleration * per_second**2)[..., None] * step,
+            # In this order: the square of the rate of a tiny segment may overflow.
+            accelerations=(acceleration * per_second)[..., None]
+            * (per_second[..., None] * step),
         )
 
     @property
