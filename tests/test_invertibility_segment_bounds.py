@@ -116,6 +116,22 @@ def test_brackets_contain_the_least_of_many_samples_and_are_attained(
             assert (bracket.upper <= least + tolerance + 1e-11).all()
 
 
+def test_bounds_of_singular_values_from_below_hold_and_are_close() -> None:
+    """Also where all four are alike, and where the matrix is singular."""
+    random = np.random.default_rng(11)
+    sizes = 10.0 ** random.uniform(-9, 3, (20_000, 4))
+    sizes[::2] = random.uniform(0.03, 1, sizes[::2].shape)
+    sizes[::5] = sizes[::5, :1]
+    sizes[1::5, 3] = 0.0
+    first, last = np.linalg.qr(random.normal(size=(2, len(sizes), 4, 4)))[0]
+    matrix = first * sizes[:, None] @ last
+    below = bounds.least_singular_values_from_below(matrix, sizes.prod(axis=1))
+    least, next_one, _, largest = np.sort(sizes).T
+    assert (below <= least).all()
+    is_apart = (next_one > 3 * least) & (least > 0.03 * largest)
+    assert (below[is_apart] >= 0.97 * least[is_apart]).all()
+
+
 @by_vehicle(PAPER, RAISED)
 @pytest.mark.parametrize("name", ["R", "-R", "singular value"])
 def test_each_segment_is_decided_rightly_against_a_floor(

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 
 _EPSILON = float(np.finfo(float).eps)
+_BLOCK = 1 << 14  # points that are evaluated at once, since larger arrays are slow
 
 
 class Sines(NamedTuple):
@@ -68,8 +69,12 @@ class Form:
         n1, n2, n3, n4, count = self.table.shape
         first = sines.first if n1 == n2 == 2 else _products(sines, (0, 1), (n1, n2))
         second = sines.second if n3 == n4 == 2 else _products(sines, (2, 3), (n3, n4))
-        inner = (self._matrix @ second).reshape(count, n1 * n2, -1)
-        return np.asarray(np.einsum("qnk,nk->qk", inner, first))
+        values = np.empty((count, first.shape[1]))
+        for start in range(0, first.shape[1], _BLOCK):
+            part = slice(start, start + _BLOCK)
+            inner = (self._matrix @ second[:, part]).reshape(count, n1 * n2, -1)
+            np.einsum("qnk,nk->qk", inner, first[:, part], out=values[:, part])
+        return values
 
     @cached_property
     def _matrix(self) -> FloatArray:
@@ -285,7 +290,8 @@ class Level:
 
     def matrix(self, sines: Sines) -> FloatArray:
         """Return the scaled decoupling matrix in level flight, rows moments and vertical force, shape (k, 4, 4)."""
-        return np.asarray(np.einsum("ifj,jik->kfi", self._columns, sines.u))
+        matrices = np.einsum("ifj,jik->fik", self._columns, sines.u)
+        return np.moveaxis(matrices, -1, 0)
 
     @cached_property
     def rate(self) -> float:

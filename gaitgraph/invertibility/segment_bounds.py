@@ -46,7 +46,8 @@ _LONG = 0.05  # a longer segment is hardly settled without a cut to this length 
 _SHORT = 1e-13  # a shorter share of a segment is not cut
 _MOST_POINTS = 4_000_000  # that a search evaluates
 _TINY = float(np.finfo(float).tiny)
-_ROUNDED = 1e-13  # more than rounding adds to a determinant
+_ROUNDED = 1e-14  # more than rounding adds to a polynomial of numbers up to 1
+_NEWTON_STEPS = 3
 _UPRIGHT = math.pi / 2 + SAME_ANGLE  # rad
 
 
@@ -417,8 +418,9 @@ def singular_value_bound(rate: float) -> Bound:
 class SingularValue:
     """The least singular value of the scaled decoupling matrix, level.
 
-    The determinant bounds it from below: |det M| is the product of all four singular values, and the product of three
-    is at most (‖M‖²/3)^1.5 in the Frobenius norm. Only where that is below the least value so far is M decomposed.
+    Its square is the least root of the characteristic polynomial of G = M·Mᵀ, whose coefficients follow from det M and
+    the traces of powers of G. All roots are real, so that Newton's method from zero approaches the least one from below.
+    Only where that bound is below the least value so far is M decomposed.
     """
 
     count = 1
@@ -440,10 +442,10 @@ class SingularValue:
     ) -> tuple[FloatArray, npt.NDArray[np.intp]]:
         """Return lower bounds at points, shape (k,), and the numbers of those that are the values: of all up to `most`."""
         matrix = self.level.matrix(points.sines)
-        determinant = self.size * np.abs(points.at(self.level.lift)[0])
-        squares = np.einsum("kij,kij->k", matrix, matrix)
-        below = determinant * (3.0 / squares) ** 1.5
-        below = np.maximum((1 - 1e-12) * below - _ROUNDED, 0.0)
+        below = np.zeros(len(matrix))
+        if np.isfinite(most).all():
+            determinant = self.size * points.at(self.level.lift)[0]
+            below = least_singular_values_from_below(matrix, determinant)
         near = np.flatnonzero(below <= most)
         below[near] = np.linalg.svd(matrix[near], compute_uv=False)[:, -1]
         return below, near
@@ -453,6 +455,29 @@ class SingularValue:
     ) -> FloatArray:
         """Return lower bounds."""
         return self.bound(first[1], last[1], p0, p1)[None]
+
+
+def least_singular_values_from_below(
+    matrix: FloatArray, determinant: FloatArray
+) -> FloatArray:
+    """Return lower bounds of the least singular values of matrices, shape (k, 4, 4), of known determinants, shape (k,)."""
+    rows = np.moveaxis(matrix, 0, -1)
+    gram = np.einsum("ijk,ljk->ilk", rows, rows)
+    trace = np.einsum("iik->k", gram)
+    gram /= trace
+    squared = np.einsum("ijk,jlk->ilk", gram, gram)
+    square_sum = np.einsum("iik->k", squared)
+    cube_sum = np.einsum("ijk,ijk->k", gram, squared)
+    # The coefficients of x⁴ − x³ + pairs·x² − triples·x + product.
+    pairs = (1 - square_sum) / 2
+    triples = 1 / 6 - square_sum / 2 + cube_sum / 3
+    product = (determinant / trace**2) ** 2
+    root = np.zeros_like(trace)
+    for _ in range(_NEWTON_STEPS):
+        value = (((root - 1) * root + pairs) * root - triples) * root + product
+        slope = ((4 * root - 3) * root + 2 * pairs) * root - triples
+        root += np.maximum(value - _ROUNDED, 0.0) / (_ROUNDED - slope)
+    return np.asarray((1 - 1e-12) * np.sqrt(root * trace))
 
 
 @lru_cache(maxsize=32)

@@ -459,7 +459,8 @@ def color_of(code: int) -> Color:
 
 def sheet_forms(alpha: FloatArray, coefficients: Coefficients) -> FloatArray:
     """Return how far α3 and α4 of points, shape (..., 4) [rad], are above red and blue, mod π, shape (2, 2, ...)."""
-    first, opposite = alpha.T[:2], alpha.T[2:]
+    angles = np.ascontiguousarray(alpha.T)  # long rows are faster
+    first, opposite = angles[:2], angles[2:]
     line = np.array(coefficients.crossings).reshape(2, *[1] * (alpha.ndim - 1))
     return np.array([opposite - first, first + opposite - 2 * line])
 

@@ -243,7 +243,7 @@ def _differences(
     Also return the slopes that rounding leaves no doubt of, shape (4,).
     """
     sizes = np.zeros((3, len(alpha) + 1, 4))
-    rounding = np.full_like(alpha, table.rounding)
+    rounding = np.full((len(alpha), 1), table.rounding)
     if "samples" in table.about:
         digits = _half_units(table, ANGLES)
         rounding = np.maximum(rounding, digits)
