@@ -297,7 +297,7 @@ class Simulation:
                     thrusts = leading(thrusts, data.act, self._reach)
                 if not low <= min(thrusts) <= max(thrusts) <= high:
                     thrusts = [min(max(thrust, low), high) for thrust in thrusts]
-                log.extend((*motion, *place[7:], *thrusts, *command[2:]))
+                log.fromlist([*motion, *place[7:], *thrusts, *command[2:]])
                 if k == 0:
                     data.act[:] = thrusts[: model.na]  # the rotors turn already
                 if torque_of is not None:
