@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -42,12 +43,13 @@ class Side(NamedTuple):
 
 
 def command(arguments: list[str], names: str) -> tuple[Side, Side]:
-    """Compare the installed command with a process that imports other packages."""
+    """Compare the installed command with a process that imports other packages, both compiled before."""
     script = shutil.which("gaitgraph", path=str(Path(sys.executable).parent))
     assert script is not None
     ours = [script, *arguments]
     theirs = [sys.executable, "-c", f"import {names}"]
-    run = partial(subprocess.run, check=True, capture_output=True)
+    environment = os.environ | {"PYTHONDONTWRITEBYTECODE": ""}
+    run = partial(subprocess.run, check=True, capture_output=True, env=environment)
     return Side(partial(run, ours)), Side(partial(run, theirs))
 
 
