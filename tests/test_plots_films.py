@@ -147,7 +147,15 @@ def test_a_gif_plays_one_period_for_ever_and_states_what_made_it(
 
 @pytest.mark.parametrize(
     ("period", "count"),
-    [(1e-6, 10), (0.4, 10), (0.52, 13), (1.234, 31), (60.0, 1500), (1e9, 1500)],
+    [
+        (1e-6, 10),
+        (0.4, 10),
+        (0.5, 12),
+        (0.52, 13),
+        (1.234, 31),
+        (60.0, 1500),
+        (1e9, 1500),
+    ],
 )
 def test_a_film_has_25_frames_a_second_and_lasts_from_0_4_s_to_a_minute(
     period: float, count: int

@@ -187,6 +187,12 @@ def test_every_law_is_smooth_closed_and_within_its_limits(
         assert (answer.status, answer.least) == ("still", 0.0)
 
 
+def test_a_low_limit_of_rate_is_met_nearly_everywhere_under_a_jerk_limit_too() -> None:
+    answer = least_period(SQUARE, Limits(rate=1.0, jerk=3000.0), rounding=0.05)
+    check_lawful(answer)
+    assert answer.least <= 1.03 * answer.lower_bound
+
+
 @settings(deadline=None, max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), harmonics=st.integers(1, 6))
 def test_the_limits_that_follow_hold_for_periodic_motions(

@@ -173,9 +173,10 @@ def frames_of(seconds: float) -> int:
 
 def _speed(seconds: float) -> str:
     """Return how long a film is shown, if that is not as long as it takes."""
-    shown = frames_of(seconds) / RATE
-    if abs(shown - seconds) <= 0.5 / RATE:
+    frames = frames_of(seconds)
+    if abs(frames - RATE * seconds) <= 0.5:
         return ""
+    shown = frames / RATE
     return f" (shown {'slower' if shown > seconds else 'faster'}: {shown:g} s)"
 
 

@@ -652,7 +652,9 @@ def _timed_rows(
         raise InputError(
             f"gait file {str(given.file)!r} has no column t",
             path=str(given.file),
-            advice=Advice("set period= (s)", "set --period SECONDS"),
+            advice=Advice(
+                "set period= (s)", "gaitgraph export FILE --period SECONDS adds one"
+            ),
         )
     if period is None:
         period = 1.0
