@@ -14,6 +14,7 @@ from gaitgraph.invertibility.geometry import (
     Geometry,
     geometry_from_mapping,
 )
+from gaitgraph.validation.any_rotors import validate_geometry
 from tests.test_invertibility_matrices import wrench
 
 
@@ -81,6 +82,22 @@ def test_brackets_of_any_rotors_between_rows_hold(count: int) -> None:
         assert high == pytest.approx(
             float(geometry.least_singular_value(at)), abs=1e-12
         )
+
+
+@pytest.mark.parametrize("apart", [3e-6, 4e-5, -3e-6, -4e-5])
+@pytest.mark.parametrize("seed", range(5))
+def test_floors_near_the_least_singular_value_are_decided(
+    seed: int, apart: float
+) -> None:
+    random = np.random.default_rng(seed)
+    geometry, rows = drawn(random, 6), random.uniform(-0.5, 0.5, (2, 6))
+    along = geometry.least_singular_value(np.linspace(rows[0], rows[1], 10_001))
+    least = float(along.min())
+    floor = least - apart
+    check = validate_geometry(rows, geometry, floor=floor, once=True).checks[0]
+    assert check.ok is (apart > 0)
+    proven = float(check.message.split("bound ")[1].split(",")[0])
+    assert -1e-9 < least - proven < 2e-4
 
 
 @pytest.mark.parametrize(("count", "draws"), [(4, 60), (6, 8)])

@@ -18,6 +18,7 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.surface.sheets import sheet_distances
 from gaitgraph.timing.laws import LAWS
+from gaitgraph.validation.judged import Segments
 from gaitgraph.validation.report import Check, Report, State
 from tests.published import GAITS
 from tests.samples import EXACT, PUBLISHED, along, points_of, table_from
@@ -61,7 +62,6 @@ def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
         report["nothing"]
 
 
-# The rules of the paper
 CROSSING = [(STEP, -STEP), (2 * STEP, -STEP)]
 
 
@@ -132,6 +132,19 @@ def test_a_value_at_its_tolerance_is_within_it(factor: float) -> None:
     assert ("rank two on blue" in report["hover_thrust"].message) is ok
     exact = moved.check(tolerance=tolerance, angle_rounding=0.0)
     assert (report["R_sign"].limit != exact["R_sign"].limit) is ok
+
+
+def test_a_place_on_a_chord_is_a_fraction_of_the_way_to_the_next_corner() -> None:
+    segments = Segments(
+        alpha=np.zeros((4, 4)),
+        color=np.zeros(4, np.int8),
+        number=np.array([1, 1, 2, 3]),
+        noun="corner",
+        within=np.array([0.0, 0.5, 0.0, 0.0]),
+    )
+    places = [segments.place(chord, 0.5) for chord in range(3)]
+    told = [(place.point, place.fraction) for place in places]
+    assert told == [(0, 0.25), (0, 0.75), (1, 0.5)]
 
 
 # The sign of R
@@ -253,6 +266,21 @@ def test_tilts_on_both_sides_of_the_limit(limit: float, ok: bool) -> None:
     assert (check.ok, check.value, check.limit) == (ok, 0.3, limit)
     assert check.where is not None
     assert check.where["segment"] == 1
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_tilt_nearest_to_an_end_of_its_own_range_is_named(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    alpha = random.uniform(-1, 1, (5, 4))
+    low, high = random.uniform([[-2], [0]], [[0], [2]], (2, 4))
+    stated: dict[str, Any] = {"min_tilt": low.tolist(), "max_tilt": high.tolist()}
+    vehicle = gg.PAPER.replace(**stated)
+    check = Gait(alpha=alpha, vehicle=vehicle).check()["tilt_range"]
+    room = np.minimum(alpha - low, high - alpha)
+    row, arm = divmod(int(room.argmin()), 4)
+    value = alpha[row, arm]
+    limit = min(low[arm], high[arm], key=lambda end: abs(end - value))
+    assert (check.ok, check.value, check.limit) == (room.min() >= 0, value, limit)
 
 
 @pytest.mark.parametrize("excess", [1e-3, -1e-3])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,8 +11,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
+from gaitgraph.gait.digits import Digits
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import ANGLES, Table
+from gaitgraph.gait.table import ANGLES, RATES, Table
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
@@ -23,7 +25,16 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.validation.rows import MOST_LISTED_ROWS
 from gaitgraph.validation.validating import validate
 from tests.published import GAITS, PublishedGait
-from tests.samples import EXACT, along, closed, points_of, rows_of, table_from
+from tests.samples import (
+    EXACT,
+    along,
+    by_vehicle,
+    closed,
+    points_of,
+    rows_of,
+    symmetric_vehicle,
+    table_from,
+)
 
 if TYPE_CHECKING:
     from gaitgraph.validation.report import Check, Report
@@ -148,17 +159,36 @@ def test_rows_between_rows_change_no_verdict(table: Table, times: int) -> None:
 # What is wrong, and where
 
 
+@by_vehicle(gg.PAPER, symmetric_vehicle(np.random.default_rng(7)))
+def test_rows_that_are_rounded_either_way_are_on_the_surface(
+    vehicle: gg.Vehicle,
+) -> None:
+    random = np.random.default_rng(3)
+    points = random.uniform(-1.5, 1.5, (100, 2))
+    off = 5e-7 * random.choice([-1.0, 1.0], (100, 4))
+    table = replace(
+        table_from(np.hstack([points, points]) + off),
+        digits=dict.fromkeys(ANGLES, Digits(decimals=6, steps=True)),
+        about={"angle_rounding": 1e-3},
+    )
+    check = validate(table, vehicle=vehicle, tolerance=1e-7)["on_surface"]
+    assert check.ok
+    assert check.value == pytest.approx(check.limit, rel=0.3)
+
+
 def test_the_row_and_the_time_of_what_is_wrong() -> None:
     table = sampled(G3, 100, law="constant-speed")
     colors = ["red"] * 30 + ["blue"] + ["red"] * 70
     report = validate(table_from(table.alpha, t=table["t"], color=tuple(colors)))
-    assert report["two_color"].where == {
+    check = report["two_color"]
+    assert (check.value, check.limit) == (1.0, 0.0)
+    assert check.where == {
         "row": 30,
         "t": pytest.approx(0.29),
         "fraction": 0.0,
         "alpha": table.alpha[29].tolist(),
     }
-    assert "rows 30 (+,+) and 31 (-,-) may not" in report["two_color"].message
+    assert "rows 30 (+,+) and 31 (-,-) may not" in check.message
     # One wrong color is no rounding, and changes no physics.
     assert report["R_sign"].decided
     assert report["hover_thrust"].ok
@@ -285,7 +315,9 @@ def test_a_single_row_far_from_its_neighbours_is_named(
     report = validate(bent, vehicle=limited(6.0, 150.0))
     first, *others = [check for check in report.checks if not check.ok]
     assert first.name == ("tilt_rate" if on_red else "on_surface")
+    apart = np.abs(alpha[(row - 1) % 64] - alpha[(row + 1) % 64]).max()
     assert f"row {row + 1} alone is 0.2" in first.message
+    assert f"which are {apart:.3g} rad apart" in first.message
     assert {check.follows_from for check in others} == {first.name}
     assert not [note for note in report.notes if "alone" in note]
     if on_red:  # where no rule is broken by it, it is a warning
@@ -386,6 +418,35 @@ def test_stated_accelerations_count_if_they_are_larger() -> None:
     assert (check.ok, (check.where or {})["row"]) == (False, 8)
     assert check.value == pytest.approx(50.0, rel=0.02)  # but for its digits
     assert "(α3)" in check.message
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_joint_nearest_to_its_own_limit_of_rate_is_named(seed: int) -> None:
+    size, *limits = np.random.default_rng(seed).uniform(0.5, 1.5, (4, 4))
+    t = np.linspace(0, 2, 401)
+    table = table_from(np.outer(np.cos(np.pi * t), size), t=t)
+    names = ["tilt_rate", "tilt_acceleration", "tilt_jerk"]
+    four = zip(names, np.array(limits).tolist(), strict=True)
+    vehicle = gg.PAPER.replace(**{f"max_{name}": limit for name, limit in four})
+    report = validate(table, vehicle=vehicle)
+    for order, name in enumerate(names, start=1):
+        joint = (size / limits[order - 1]).argmax()
+        assert report[name].limit == limits[order - 1][joint]
+        peak = size[joint] * np.pi**order
+        assert report[name].value == pytest.approx(peak, rel=1e-3)
+
+
+def test_digits_of_rates_between_uneven_times_make_no_acceleration() -> None:
+    t = np.cumsum([0.0, *[0.01, 0.01, 0.08] * 20])
+    angle = 0.9 + 0.2 * np.cos(np.pi * t)
+    rate = np.round(-RATE * np.sin(np.pi * t), 1)
+    rates = dict.fromkeys(RATES, rate)
+    table = replace(
+        table_from(np.column_stack([angle] * 4), t=t, **rates),
+        digits=dict.fromkeys(RATES, Digits(decimals=1)),
+    )
+    needed = validate(table)["tilt_acceleration"].value
+    assert needed == pytest.approx(ACCELERATION, rel=0.01)
 
 
 def test_two_rows_swing_to_and_fro() -> None:

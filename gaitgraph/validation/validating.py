@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -190,9 +191,11 @@ def _report_of_table(
         **limits,
     )
     if table.rounding:
-        # The steps of servos put rows beside their sheet: two angles are off by the error each.
-        steepest = float(numbers.form.size[:2].max())
-        allowed = criteria.tolerance + 2.0 * steepest * table.rounding
+        # The steps of servos put rows beside their sheet: each angle is off by the error, either way.
+        frequencies, amplitudes = numbers.form.waves()
+        signs = np.array(list(product((-1.0, 1.0), repeat=4)))
+        steepest = (np.abs(signs @ frequencies.T) @ amplitudes[:, :2]).max()
+        allowed = criteria.tolerance + float(steepest) * table.rounding
         criteria = replace(criteria, tolerance=allowed)
     report = report_of_rows(table, criteria)
     motion = given.motion
