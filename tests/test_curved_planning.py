@@ -12,7 +12,7 @@ import pytest
 import shapely
 
 import gaitgraph as gg
-from gaitgraph.angles import text_from_angle
+from gaitgraph.angles import text_from_angle, wrapped
 from gaitgraph.gait.table import ANGLES
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
@@ -20,6 +20,7 @@ from gaitgraph.invertibility.matrices import (
     least_singular_value,
     level_determinant,
 )
+from gaitgraph.surface import curved_region
 from gaitgraph.surface.curved import curved_sheet
 from gaitgraph.surface.curved_region import sheet_region
 from tests import samples
@@ -89,6 +90,48 @@ def test_a_region_is_proven_inside_and_outside(vehicle: gg.Vehicle, sign: Sign) 
         for point in plane[outside][:9]:
             assert region.why_not(point)
         assert holds.any() or region.inner.is_empty
+
+
+@KINDS
+@pytest.mark.parametrize("reach", [0.1, 0.01])
+def test_bounds_of_changes_on_squares_hold_and_are_near(
+    vehicle: gg.Vehicle, reach: float
+) -> None:
+    body = vehicle.replace(mass=1.0, max_thrust=3.4)
+    conditions = curved_region._Conditions(body, 0.05)
+    sheet, random = conditions.sheet, np.random.default_rng(9)
+    centers = random.uniform(-1.5, 1.5, (200, 2))
+    angles = sheet.angles(*centers.T)
+    turns = sheet.changes_within(*centers.T, reach)
+    values, changes = conditions._forms_on(centers, reach)
+    shares = np.zeros_like(values)
+    for _ in range(60):
+        places = centers + reach * random.uniform(-1.5, 1.5, (200, 2)).clip(-1, 1)
+        turned = wrapped(sheet.angles(*places.T) - angles)
+        assert (np.abs(turned) <= turns + 1e-9).all()
+        moved = np.abs(conditions._forms_on(places, 0.0)[0] - values)
+        shares = np.maximum(shares, moved / changes)
+    shares = shares[:, np.abs(values[0]) > changes[0]]
+    assert shares.max() <= 1.0
+    assert (shares.max(axis=1) > 0.7).all()
+
+
+@KINDS
+@pytest.mark.parametrize("low", [-1.5, [-1.5, -1.5, -0.5, -1.5]])
+def test_small_squares_are_decided_for_all_of_their_places(
+    vehicle: gg.Vehicle, low: Any
+) -> None:
+    body = vehicle.replace(min_tilt=low, max_tilt=1.4)
+    conditions = curved_region._Conditions(body, 1e-3)
+    random = np.random.default_rng(9)
+    for reach in (0.2, 0.01):
+        centers = random.uniform(-1.5, 1.5, (4000, 2))
+        holds, fails, _ = conditions.decided(centers, reach)
+        places = centers + reach * random.uniform(-1.5, 1.5, (4000, 2)).clip(-1, 1)
+        flown = [flies(places, body, sign, 1e-3) for sign in ("positive", "negative")]
+        assert np.any(flown, axis=0)[holds].all()
+        assert not np.any(flown, axis=0)[fails].any()
+    assert (holds | fails).mean() > 1 - 6 * reach
 
 
 def test_the_region_of_a_symmetric_vehicle_is_that_of_its_plane() -> None:

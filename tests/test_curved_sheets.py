@@ -125,6 +125,18 @@ def test_bounds_hold_along_segments_and_are_near(vehicle: gg.Vehicle) -> None:
 
 
 @KINDS
+def test_waves_are_what_half_turns_leave(vehicle: gg.Vehicle) -> None:
+    """Of U in u1 and u2: a quarter turn of α1 with one of α2 leaves one wave and negates the other."""
+    sheet = curved_sheet(vehicle)
+    alpha1, alpha2 = np.linspace(0.0, np.pi, 400)[:, None], np.zeros((1, 2))
+    quarter = np.pi / 2 * np.array([-1, 1])  # leaves that of α1 + α2, of α1 − α2
+    here = sheet._directions(alpha1, alpha2)
+    there = sheet._directions(alpha1 + np.pi / 2, alpha2 + quarter)
+    sizes = np.linalg.norm(here + there, axis=-1).max(axis=0) / 2
+    np.testing.assert_allclose(sheet.waves.T, sizes, rtol=1e-4)
+
+
+@KINDS
 def test_chords_of_rows_are_as_near_as_stated(vehicle: gg.Vehicle) -> None:
     sheet = curved_sheet(vehicle)
     corners = RNG.uniform(-1.2, 1.2, (4, 2))

@@ -533,6 +533,9 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
     region = admissible_region(vehicle, sign="positive", zones=zones)
     assert reason in (region.why_not(point) or "")
     assert region.why_not((-0.5, 0.5)) is None
+    for shape in ((2, 3), (1, 1, 2)):
+        with pytest.raises(gg.InputError, match="^point must be"):
+            region.contains(np.zeros(shape))
 
 
 # Servo margins (docs/theory.md, 19)
