@@ -102,7 +102,7 @@ def test_bounds_of_changes_on_squares_hold_and_are_near(
     sheet, random = conditions.sheet, np.random.default_rng(9)
     centers = random.uniform(-1.5, 1.5, (200, 2))
     angles = sheet.angles(*centers.T)
-    turns = sheet.changes_within(*centers.T, reach)
+    turns = sheet.changes_within(centers[:, 0], centers[:, 1], reach)
     values, changes = conditions._forms_on(centers, reach)
     shares = np.zeros_like(values)
     for _ in range(60):
