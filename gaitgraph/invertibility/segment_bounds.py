@@ -47,7 +47,6 @@ _SHORT = 1e-13  # a shorter share of a segment is not cut
 _MOST_POINTS = 4_000_000  # that a search evaluates
 _TINY = float(np.finfo(float).tiny)
 _ROUNDED = 1e-14  # more than rounding adds to a polynomial of numbers up to 1
-_NEWTON_STEPS = 3
 _UPRIGHT = math.pi / 2 + SAME_ANGLE  # rad
 
 
@@ -419,8 +418,8 @@ class SingularValue:
     """The least singular value of the scaled decoupling matrix, level.
 
     Its square is the least root of the characteristic polynomial of G = M·Mᵀ, whose coefficients follow from det M and
-    the traces of powers of G. All roots are real, so that Newton's method from zero approaches the least one from below.
-    Only where that bound is below the least value so far is M decomposed.
+    the traces of powers of G, and which :func:`least_root` bounds from below. Only where that bound is below the least
+    value so far is M decomposed.
     """
 
     count = 1
@@ -468,16 +467,36 @@ def least_singular_values_from_below(
     squared = np.einsum("ijk,jlk->ilk", gram, gram)
     square_sum = np.einsum("iik->k", squared)
     cube_sum = np.einsum("ijk,ijk->k", gram, squared)
-    # The coefficients of x⁴ − x³ + pairs·x² − triples·x + product.
     pairs = (1 - square_sum) / 2
     triples = 1 / 6 - square_sum / 2 + cube_sum / 3
     product = (determinant / trace**2) ** 2
-    root = np.zeros_like(trace)
-    for _ in range(_NEWTON_STEPS):
-        value = (((root - 1) * root + pairs) * root - triples) * root + product
-        slope = ((4 * root - 3) * root + 2 * pairs) * root - triples
-        root += np.maximum(value - _ROUNDED, 0.0) / (_ROUNDED - slope)
+    root = least_root(
+        np.ones_like(trace),
+        pairs,
+        triples + _ROUNDED,
+        np.maximum(product - _ROUNDED, 0.0),
+        steps=2,
+    )
     return np.asarray((1 - 1e-12) * np.sqrt(root * trace))
+
+
+def least_root(e1: Any, e2: Any, e3: Any, e4: Any, *, steps: int) -> FloatArray:
+    """Return lower bounds of the least roots of x⁴ − e1·x³ + e2·x² − e3·x + e4, whose roots are real and at least 0.
+
+    Laguerre's iteration from 0 increases towards the least root: each step more than triples the correct digits, or
+    leaves 27 % of the distance from a double root.
+    """
+    slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
+    for left in reversed(range(steps)):
+        steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
+        root = root + 4 * np.where(slope < 0, height, 0.0) / np.maximum(steep, _TINY)
+        if left:
+            height = np.maximum(
+                (((root - e1) * root + e2) * root - e3) * root + e4, 0.0
+            )
+            slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
+            bend = (12 * root - 6 * e1) * root + 2 * e2
+    return np.asarray(root)
 
 
 @lru_cache(maxsize=32)

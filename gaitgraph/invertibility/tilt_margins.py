@@ -44,7 +44,12 @@ from gaitgraph.invertibility.matrices import (
     sines_of,
     tilt_angles,
 )
-from gaitgraph.invertibility.segment_bounds import Points, bends_of, least_of_each
+from gaitgraph.invertibility.segment_bounds import (
+    Points,
+    bends_of,
+    least_of_each,
+    least_root,
+)
 from gaitgraph.records import Record
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -416,25 +421,6 @@ def singular_value_below(squared: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.sqrt(squared) * (1 - 1e-6) - 1e-9, 0.0))
 
 
-def least_root(e1: Any, e2: Any, e3: Any, e4: Any) -> FloatArray:
-    """Return lower bounds of the least roots of x⁴ − e1·x³ + e2·x² − e3·x + e4, whose roots are real and at least 0.
-
-    Laguerre's iteration from 0 increases towards the least root: each step more than triples the correct digits, or
-    leaves 27 % of the distance from a double root.
-    """
-    slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
-    for left in reversed(range(8)):
-        steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
-        root = root + 4 * np.where(slope < 0, height, 0.0) / np.maximum(steep, _TINY)
-        if left:
-            height = np.maximum(
-                (((root - e1) * root + e2) * root - e3) * root + e4, 0.0
-            )
-            slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
-            bend = (12 * root - 6 * e1) * root + 2 * e2
-    return np.asarray(root)
-
-
 def _worst_on_rim(
     rows: FloatArray, tilt: float, vehicle: Vehicle
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -465,7 +451,7 @@ def _worst_on_rim(
         value = (
             2 * level.rotors.drag_ratio * (rim * (v[0] * c + v[1] * s) + height * v[2])
         )
-        tried = least_root(e1, e2, e3, value**2)
+        tried = least_root(e1, e2, e3, value**2, steps=8)
         better = tried < squared[open_] * (1 - 1e-12)
         forms = forms[:, :, better]
         v = v[:, better]
