@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,7 @@ from gaitgraph.plots.figures import FIGURES, draw, write_figures
 from gaitgraph.plots.gaits import draw_sheet
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
-from tests.samples import BEETLE, cases
+from tests.samples import BEETLE, cases, table_from
 
 ROOT = Path(__file__).parent.parent
 IMAGES = ROOT / "docs" / "images"
@@ -243,6 +244,16 @@ def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
     assert (red["reachable_from_hover"], red["peak_acceleration"]) == (False, None)
     assert (blue["flyable"], blue["valid"]) == (False, True)
     assert blue["tilt_margin_deg"] is blue["least_hover_thrust"] is None
+
+
+def test_a_path_beside_a_gait_has_its_own_length() -> None:
+    alpha = gg.lift(GAITS[2].angles, "red").alpha
+    path = replace(table_from(alpha, t=range(4)), about={"repeats": False})
+    compared = gg.robustness.comparison_of([path, "gait3"])
+    length = np.linalg.norm(np.diff(alpha[:, :2], axis=0), axis=1).sum()
+    assert compared.rows[0]["length"] == pytest.approx(length)
+    lines = str(compared).splitlines()
+    assert len({line.rindex("  ") for line in lines}) == 1  # the columns are aligned
 
 
 def test_the_scales_of_gaits_that_are_compared_are_the_same() -> None:

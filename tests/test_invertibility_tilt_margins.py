@@ -21,6 +21,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     scaled_decoupling_matrix,
 )
+from gaitgraph.invertibility.segment_bounds import least_root
 from gaitgraph.invertibility.tilt_margins import (
     LeastMargin,
     least_singular_value_within,
@@ -108,6 +109,9 @@ def test_rounding_hides_v_on_blue_and_not_far_beyond() -> None:
     )
     assert near.all()
     assert far.mean() < 0.05
+    for pair, side in zip(blue.reshape(-1, 2, 4)[:60], np.sign(move), strict=False):
+        moved = pair + np.outer([ROUNDING, -ROUNDING], side)
+        assert not least_tilt_margin(moved, EXACT, angle_rounding=ROUNDING).exists
 
 
 # -- The least along segments
@@ -216,6 +220,20 @@ def test_v_strays_from_its_chords_by_no_more_than_is_said(vehicle: Vehicle) -> N
 # -- The worst attitude within a tilt
 
 
+@pytest.mark.parametrize("is_double", [False, True])
+def test_the_least_root_is_approached_from_below(is_double: bool) -> None:
+    roots = np.exp(np.random.default_rng(2).normal(size=(500, 4)))
+    roots.sort(axis=1)
+    if is_double:
+        roots[:, 1] = roots[:, 0]
+    least = roots[:, 0]
+    _, *sums = np.abs(np.transpose([np.poly(four) for four in roots]))
+    for steps in (1, 2, 3, 8):
+        found = least_root(*sums, steps=steps)
+        assert (found <= least * (1 + 1e-6)).all()
+    assert (found >= least * (1 - 1e-4)).all()
+
+
 def test_no_attitude_of_the_cap_is_worse_than_the_worst() -> None:
     """It is on the rim, and attains the value."""
     random = np.random.default_rng(5)
@@ -228,7 +246,8 @@ def test_no_attitude_of_the_cap_is_worse_than_the_worst() -> None:
                 0, random.choice([0.0, 1e-9, 1e-3]), 2
             )
         if number % 10 == 0:
-            alpha = random.choice([-0.5, 0.0, 1.2], 4)  # singular values that coincide
+            # Singular values that coincide, and no direction that is nearest to singular.
+            alpha = random.choice([-0.5, 0.0, 1.2], 4) * (number % 20 > 0)
         tilt = float(random.choice([0.0, 1e-6, 0.01, 0.3, 1.0, 1.5]))
         value, attitude = least_singular_value_within(alpha, tilt, vehicle)
         there = float(least_singular_value(alpha, vehicle, *attitude))

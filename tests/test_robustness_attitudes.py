@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 import shapely
 from scipy import ndimage
-from scipy.optimize import brentq
+from scipy.optimize import brentq, nnls
 
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.coefficients import coefficients_of
@@ -24,6 +24,8 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.invertibility.tilt_margins import tilt_margin
 from gaitgraph.robustness.attitudes import (
     AcceptableAttitudes,
+    _may_leave,
+    _rays_between,
     acceptable_attitudes,
     singular_curve,
 )
@@ -155,6 +157,39 @@ def test_special_kinds_of_curves() -> None:
 
 
 # -- Acceptable attitudes
+
+
+def test_v_along_a_segment_is_in_the_cone_of_its_rays_and_the_upright_one() -> None:
+    starts = random_tilts(3, 60, reach=1.5)
+    ends = starts + random_tilts(4, 60, reach=0.4)
+    signs = np.sign(level_determinant(starts, EXACT))[:, None]
+    first, middle, last = (
+        signs * attitude_sensitivities(starts + share * (ends - starts), EXACT)
+        for share in (0.0, 0.5, 1.0)
+    )
+    between = _rays_between(first, last, starts, ends, EXACT)
+    for *both, rays, v in zip(first, last, between, middle, strict=True):
+        _, off = nnls(np.transpose([[0.0, 0.0, 1.0], *both, *rays]), v)
+        assert off < 1e-9
+
+
+def test_pieces_that_leave_a_cone_of_many_rays_are_found() -> None:
+    """Parabolas from a ray of it along the next side, and back into it."""
+    random = np.random.default_rng(5)
+    turns = np.linspace(0, 2 * np.pi, 200, endpoint=False)
+    cone = np.column_stack([np.cos(turns), np.sin(turns), np.ones(200)])
+    normals = np.cross(cone, np.roll(cone, -1, axis=0)).T
+    start = random.integers(0, 200, 2000)
+    first, last = cone[start], cone[start - random.integers(0, 100, 2000)]
+    last[:, :2] *= random.uniform(0.3, 1.0, (2000, 1))
+    side = np.roll(cone, -1, axis=0)[start] - first
+    middle = first + random.uniform(0, 8, (2000, 1)) * side
+    middle += random.normal(0, 3e-3, (2000, 3))
+    may_leave = _may_leave(cone, first, last, middle[:, None])
+    for s in np.linspace(0, 1, 41):
+        v = (1 - s) ** 2 * first + 2 * s * (1 - s) * middle + s**2 * last
+        assert ((v @ normals).min(axis=1)[~may_leave] > -1e-9).all()
+    assert may_leave.mean() < 0.95
 
 
 def random_gait(random: np.random.Generator) -> FloatArray:

@@ -18,6 +18,8 @@ from gaitgraph.invertibility.matrices import (
     determinant,
     least_singular_value,
     level_determinant,
+    pitch_sensitivity,
+    roll_sensitivity,
 )
 from gaitgraph.invertibility.tilt_margins import (
     least_singular_value_within,
@@ -172,6 +174,13 @@ def test_plain_values_are_json_that_any_reader_takes(gait: Gait, bias: Any) -> N
     data = report_of(gait, bias=bias, curves=2, tolerance=0.1).as_mapping()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert len(data["singular_curves"]) == 2
+    for curve in (data["sweep"] or [data])[-1]["singular_curves"]:
+        normal = [curve[name] for name in ("R_phi", "R_theta", "R")]
+        expected = [
+            function(curve["alpha"], EXACT)
+            for function in (roll_sensitivity, pitch_sensitivity, level_determinant)
+        ]
+        np.testing.assert_allclose(normal, expected, atol=1e-12)
     assert data["biased"] == (data["sweep"][0] if len(bias) == 1 else None)
     assert [one["eta"] for one in data["sweep"]] == bias
     assert (data["tilt_margin_deg"] is None) == (gait is EXACT_2)
@@ -198,12 +207,21 @@ def test_what_people_read(report_of_3: RobustnessReport) -> None:
     text, plain = str(report_of_3), report_of_3.gait
     for part in ("90° in every direction", "74.46°", "% of attitudes (error below "):
         assert part in text
+    biased = report_of_3.sweep[2]
+    roll, pitch = np.degrees(biased.direction or ())
+    assert f"towards roll {roll:.1f}°, pitch {pitch:.1f}°" in text
+    for one in (plain, *report_of_3.sweep):
+        lower, upper = one.singular_value
+        assert f"value {upper:.4f} (proven lower bound {lower - 5e-5:.4f}) at" in text
     assert "singular at every attitude" in str(report_of(EXACT_2))
     assert "R changes its sign" in str(report_of(gait_of_paper(1), bias=0.8))
-    acceptable = replace(plain.acceptable, error=2.01e-3)
-    bounded = replace(report_of_3, gait=replace(plain, acceptable=acceptable), sweep=())
-    line = "(error below 0.3 %; the requested 0.001 % is not reached)"
-    assert line in str(bounded)
+    for error, told in ((2.01e-3, "0.3"), (2.01e-2, "3"), (1.05e-7, "2e-05")):
+        acceptable = replace(plain.acceptable, error=error)
+        alone = replace(plain, acceptable=acceptable)
+        bounded = str(replace(report_of_3, gait=alone, sweep=()))
+        assert f"(error below {told} %" in bounded
+        is_met = "the requested 0.001 % is not reached" not in bounded
+        assert is_met == acceptable.met
 
 
 @pytest.mark.parametrize("eta", [None, 0.9])
