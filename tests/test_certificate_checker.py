@@ -710,6 +710,7 @@ MALFORMED: list[tuple[str, Any]] = [
     ("claims tilt cover 1", ["1/2", "1"]),
     ("claims tilt cover 2", ["0", "2/3", "1/3", "1"]),
     ("claims tilt cover 2", ["0", "1/2", "1/2", "1"]),
+    ("pieces 0 alpha 0", ["0.4", "0.5"] + ["0"] * 63),
 ]
 
 
@@ -735,7 +736,7 @@ def test_what_is_no_certificate_is_refused_by_its_place(path: str, value: Any) -
         ("deviation", "9" * 400),
         ("deviation", "-0." + "9" * 600),
         ("deviation", "1/" + "9" * 600),
-        ("pieces 0 alpha 0", ["0.4", "0.5"] + ["0"] * 99),
+        ("pieces 0 alpha 0", ["0.4", "0.5"] + ["0"] * 62),
         ("pieces 0 alpha", [["0.4", "1"]] * 4),
         ("vehicle rotor_positions 0 2", "-0"),
     ],
@@ -833,24 +834,28 @@ def test_rows_last_as_long_as_the_curve() -> None:
 def test_rounded_times_are_taken_for_even_ones_by_half_a_unit_alone() -> None:
     document = made()
     text = json.dumps(document)
-    rounded = [row._replace(t=round(row.t, 1)) for row in rows_of(document, QUARTERS)]
-    assert check.held_against(text, rounded, F(1, 20))[0] == ""
-    for half_unit in (F(0), F(1, 21)):
+    thirds = rows_of(document, [F(k, 3) for k in range(10)])
+    rounded = [row._replace(t=round(row.t, 3)) for row in thirds]
+    assert check.held_against(text, rounded, F(1, 2000))[0] == ""
+    for half_unit in (F(0), F(1, 3001)):
         off, _ = check.held_against(text, rounded, half_unit)
-        assert off.startswith("row 2, t = 0.2 s: alpha1")
+        assert off.startswith("row 2, t = 0.333 s: alpha1")
+    # Units above a fiftieth of a step leave the times as they are.
+    coarse = [row._replace(t=round(row.t, 1)) for row in rows_of(document, QUARTERS)]
+    assert check.held_against(text, coarse, F(1, 20))[0].startswith("row 2, t = 0.2 s")
 
 
 def rows_at(*times: Any) -> list[check.Row]:
     return [check.Row(F(t), [], []) for t in times]
 
 
-UNIT = F(1, 100)
+UNIT = F(1, 400)
 HALF = UNIT / 2
 
 
-@pytest.mark.parametrize("start", [F(0), F(33, 100), F(-33, 100)])
+@pytest.mark.parametrize("start", [F(0), F(133, 400), F(-133, 400)])
 def test_times_may_be_even_ones_that_were_rounded(start: F) -> None:
-    exact = start + F(49, 10000) * (
+    exact = start + F(49, 40000) * (
         start != 0
     )  # a first time that is not 0 is rounded too
     rows = rows_at(*(round((exact + F(k, 7)) / UNIT) * UNIT for k in range(8)))
@@ -875,7 +880,9 @@ def test_how_far_rounding_may_move_times(start: F, share: F, less: F) -> None:
 
 
 def test_few_rows_are_even_if_they_fit() -> None:
-    assert check.even_or_own(rows_at(0, "0.33"), HALF, F(1, 3)) == rows_at(0, "1/3")
+    rows = rows_at(0, "0.333")
+    assert check.even_or_own(rows, F(1, 300), F(1, 3)) == rows_at(0, "1/3")
+    assert check.even_or_own(rows, F(1, 299), F(1, 3)) == rows
     assert check.even_or_own(rows_at(0), UNIT, F(1)) == rows_at(0)
 
 
@@ -900,7 +907,13 @@ def test_rows_of_a_csv_file_are_exact(tmp_path: Path) -> None:
     ["", "t,alpha1\n0,1\n", NAMES]
     + [
         f"{NAMES}\n{row}\n"
-        for row in ("0,a,0,0,0", "0,0,0,0", "0,1/0,0,0,0", '0,"0"0,0,0,0')
+        for row in (
+            "0,a,0,0,0",
+            "0,0,0,0",
+            "0,1/0,0,0,0",
+            '0,"0"0,0,0,0',
+            "0,1E+9999,0,0,0",
+        )
     ],
 )
 def test_what_is_no_table_of_times_and_angles_is_refused(
@@ -935,7 +948,7 @@ def test_the_program_answers_by_its_exit_code_and_a_line_for_each_claim(
     assert out.endswith("\nno table was compared\n")
     code, out, err = run_alone(path, table)
     assert (code, err) == (0, "")
-    assert "\neach row is on the curve, lines between rows to 0.0" in out
+    assert "\neach row is on the curve to 1e-06 rad, lines between rows to 0.0" in out
 
     table.write_text("\n".join([NAMES, *lines[:4], "0.5,0.7,0,0,0", *lines[5:]]))
     code, out, err = run_alone(path, table)

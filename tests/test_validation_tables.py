@@ -449,6 +449,17 @@ def test_digits_of_rates_between_uneven_times_make_no_acceleration() -> None:
     assert needed == pytest.approx(ACCELERATION, rel=0.01)
 
 
+def test_a_stated_period_beside_that_of_the_times_does_not_slow_the_rows() -> None:
+    angle = 0.9 + 0.2 * np.cos(np.pi * np.arange(11) / 5)
+    table = replace(
+        table_from(np.column_stack([angle] * 4), t=np.arange(11.0)),
+        digits={"t": Digits(decimals=0)},
+        about={"samples": 10, "period": 10.4},
+    )
+    rate = validate(table)["tilt_rate"].value
+    assert rate == pytest.approx(np.abs(np.diff(angle)).max())
+
+
 def test_two_rows_swing_to_and_fro() -> None:
     """Out in 1 s and back in one mean step: the rate turns from 0.5 to −0.5 rad/s within 1 s, at both ends."""
     rows = lift([(0.4, -0.4), (0.9, -0.9)], "red").alpha

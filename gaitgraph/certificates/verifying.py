@@ -82,8 +82,8 @@ class Verified(Record):
             lines.append(f"{self.table} is NOT on the proven curve: {self.off}")
         else:
             lines.append(
-                f"{self.table}: all {self.rows} rows are on the proven curve; straight lines between them leave it by "
-                f"{self.between:.2g} rad"
+                f"{self.table}: all {self.rows} rows are on the proven curve to {self.found['deviation']:.2g} rad; straight "
+                f"lines between them leave it by {self.between:.2g} rad"
             )
         return "\n".join(lines)
 

@@ -164,7 +164,7 @@ class VehicleOrGeometry(VehicleName):
     """A vehicle, or rotors of any geometry in a file."""
 
     def read(self, name: str) -> Vehicle | Geometry:
-        """Return the vehicle or the geometry; print a warning for each rotor beside its tilt axis."""
+        """Return the vehicle or the geometry; print the warnings about its file."""
         from gaitgraph.flight.vehicle_files import vehicle_or_geometry
 
         return vehicle_or_geometry(name, lambda note: print_problem(f"warning: {note}"))

@@ -42,6 +42,7 @@ _COMPILER = {
     "boundinertia": "1e-12",
 }
 _UP = np.array([0.0, 0.0, 1.0])
+_COUNTED = "alpha1 to alpha4 are rotors {} of the file"
 _MOST_TILT = 3.1415926  # below π with the digits that are printed [rad]
 
 
@@ -153,7 +154,8 @@ def vehicle_or_geometry(
 ) -> Vehicle | Geometry:
     """Return the vehicle of a name or TOML file, or the geometry of a file with rotors: TOML, URDF, MJCF or PX4's.
 
-    `warn` is called with a line for each rotor beside its tilt axis.
+    `warn` is called with a line for each rotor beside its tilt axis, and with one if the vehicle of
+    :meth:`Description.as_toml` counts or signs tilt angles in another way than the file.
     """
     path = Path(name)
     suffix = path.suffix.lower()
@@ -161,6 +163,11 @@ def vehicle_or_geometry(
         description = read_description(path)
         for note in description.beside:
             warn(note)
+        if description.notes not in ((), (_COUNTED.format("1, 2, 3, 4"),)):
+            warn(
+                "tilt angles are counted and signed as in the file; in the vehicle of gaitgraph vehicles --from "
+                f"{path.name}, {'; '.join(description.notes)}"
+            )
         return description.geometry
     if suffix == ".toml" and "rotor" in from_toml_file(path, "vehicle", dict):
         return from_toml_file(path, "vehicle", geometry_from_mapping)
@@ -439,7 +446,7 @@ def _four_arms(
     angles = np.arctan2(y, x)
     order = np.argsort((angles - angles[0] + 1e-6) % math.tau, kind="stable")
     arms = [rotors[k] for k in order]
-    notes = [f"alpha1 to alpha4 are rotors {_numbers_of(order)} of the file"]
+    notes = [_COUNTED.format(_numbers_of(order))]
     places = np.array([arm["position"] for arm in arms])
     constants: dict[str, Any] = {"rotor_positions": np.round(places, _DIGITS)}
     if all("moment_ratio" in arm for arm in arms):

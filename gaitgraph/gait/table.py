@@ -86,6 +86,7 @@ FORMAT = "gaitgraph gait table"
 """The value of `format` in the provenance of a file."""
 
 
+_SAME_PERIOD = 2e-3  # share by which a stated period may differ from the rounded one
 _ULPS = 2e-15  # of times computed again, as a share of the latest one
 _OF_GAITS = ("corners", "rounding", "law", "request")  # statements of a closed gait
 _IN_UNITS = {
@@ -407,7 +408,8 @@ def check_repeats(motion: object, name: str = "gait") -> None:
 def even_times(table: Table) -> FloatArray:
     """Return the times of a table [s]; if they are evenly spaced times, rounded to their digits, then these, not rounded.
 
-    They are even over the period that the table states, if it states as many samples, else from its first row to its last.
+    They are even over the period that the table states, if it states as many samples and its last row is not more than
+    0.2 % of it away, else from its first row to its last.
 
     >>> rounded = {"t": np.array([0.0, 0.333, 0.667, 1.0])}
     >>> even_times(Table(columns=rounded, digits={"t": Digits(decimals=3)})).tolist()[1] == 1 / 3
@@ -416,7 +418,9 @@ def even_times(table: Table) -> FloatArray:
     t: FloatArray = table["t"]
     seconds = t[-1] - t[0]
     if table.about.get("samples") == len(t) - 1:
-        seconds = table.about.get("period", seconds)
+        period = table.about.get("period", seconds)
+        if abs(period - seconds) <= _SAME_PERIOD * seconds:
+            seconds = period
     step = seconds / max(len(t) - 1, 1)
     if not wrong_times(table, step).any():
         t = t[0] + np.arange(len(t)) * step
