@@ -164,7 +164,7 @@ def number_of(value: object) -> float:
         return math.nan
     try:
         return float(value)  # type: ignore[arg-type]
-    except OverflowError:
+    except (OverflowError, ValueError):  # the second of a signalling NaN
         return math.nan
 
 

@@ -46,6 +46,14 @@ def path_of(value: object, what: str) -> Path:
     return Path(value)
 
 
+def is_folder(path: Path) -> bool:
+    """Return whether a path is that of a folder; False where no file can have the name."""
+    try:
+        return path.is_dir()
+    except OSError:  # the name is too long
+        return False
+
+
 def is_stream(value: object) -> TypeIs[IO[Any]]:
     """Return whether a value is an open stream, of bytes or of text, which may be given instead of a path."""
     # Gaits and other answers have a method `write` too, and frames may have a column of any name.

@@ -190,7 +190,7 @@ def cycles_command(
         return 1
     which = "all there are"
     if cycle is not None:
-        which = f"all that are shorter than {cycle.length:.4f} rad"
+        which = f"no others are shorter than {cycle.length:.4f} rad"
     noun = "cycle" if listed == 1 else "cycles"
     click.echo(f"{listed} {noun}: {which}", err=True)
     return 0

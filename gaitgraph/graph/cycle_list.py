@@ -22,6 +22,7 @@ from gaitgraph.angles import checked_number, text_from_angle
 from gaitgraph.gait.gait import vertices
 from gaitgraph.graph.build import gait_along, metadata_of, vehicle_and_coefficients
 from gaitgraph.graph.walks import (
+    MOST_LENGTH,
     QUANTA_PER_RADIAN,
     ClosedWalk,
     EdgeRequirement,
@@ -187,7 +188,10 @@ def cycles(
     most = math.inf
     if max_length is not None:
         longest = checked_number(
-            "max_length", max_length, "a finite number ≥ 0 (rad) or None"
+            "max_length",
+            max_length,
+            "a number from 0 to 1e12 (rad) or None",
+            most=MOST_LENGTH,
         )
         most = quanta_of(longest) + _ROUNDING
     surface = graph.copy()

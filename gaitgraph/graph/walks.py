@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import chain, combinations, pairwise, permutations, product
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.angles import checked_number
+from gaitgraph.angles import checked_number, is_list
 from gaitgraph.errors import checked_choice, shown, wrong
 from gaitgraph.records import Record
 from gaitgraph.tolerances import SAME_ANGLE
@@ -33,6 +33,7 @@ Weight = str | Callable[[Any, Any, Any], float | None]
 """Own cost of an edge, as in networkx: the name of an attribute, or a function of both nodes and the attributes."""
 
 QUANTA_PER_RADIAN = 1e12
+MOST_LENGTH = 1e12  # rad
 MOST_ANY_ORDER = 9
 """Stops of which all orders are tried."""
 _TURN = 1_000_000  # more than the steps of any path
@@ -67,8 +68,8 @@ def cost_of_edge(
 ) -> float | None:
     """Return the cost of an edge, by default its length; None hides it.
 
-    As in networkx an edge without a named attribute costs 1. InputError if the cost is neither a number ≥ 0 nor None, or
-    if it depends on the direction.
+    As in networkx an edge without a named attribute costs 1. InputError if the cost is neither a number from 0 to 1e12
+    nor None, or if it depends on the direction.
     """
     if weight is None:
         return float(edge["length"])
@@ -76,8 +77,8 @@ def cost_of_edge(
     for a, b in ((first, second), (second, first)):
         cost = edge.get(weight, 1) if isinstance(weight, str) else weight(a, b, edge)
         if cost is not None:
-            allowed = f"a finite number ≥ 0, or None, on the edge from {a} to {b}"
-            cost = checked_number("weight", cost, allowed)
+            allowed = f"a number from 0 to 1e12, or None, on the edge from {a} to {b}"
+            cost = checked_number("weight", cost, allowed, most=MOST_LENGTH)
         costs.append(cost)
     there, back = costs
     if there != back:
@@ -180,13 +181,12 @@ def closed_walk(
     """
     import networkx as nx
 
-    if not len(stops) or not all(map(len, stops)):
-        raise wrong("stops", "must have at least one node each", stops)
-    for node in chain.from_iterable(stops):
-        if node not in graph:
-            raise wrong("stops", "must be nodes of the graph", node)
+    are_lists = is_list(stops) and all(is_list(stop) and len(stop) for stop in stops)
+    if not are_lists or not len(stops):
+        raise wrong("stops", "must be lists of at least one node each", stops)
+    _check_nodes(graph, chain.from_iterable(stops))
     usable = usable_graph(graph, allowed_edges(require), weight)
-    if objective == "robust":
+    if checked_choice("objective", objective, ("shortest", "robust")) == "robust":
         usable = _most_robust(usable, stops)
     paths = _Paths(graph, usable)
 
@@ -216,6 +216,13 @@ def closed_walk(
         length=length / QUANTA_PER_RADIAN,
         cost=cost / QUANTA_PER_RADIAN,
     )
+
+
+def _check_nodes(graph: nx.Graph[Any], names: Iterable[Any]) -> None:
+    """Raise InputError unless all names are nodes of a graph."""
+    for name in names:
+        if name not in graph:
+            raise wrong("stops", "must be nodes of the graph", name)
 
 
 def _blocked_leg(stops: Sequence[Sequence[Any]], paths: _Paths) -> int:
@@ -319,6 +326,9 @@ def best_order(
     >>> best_order(surface_graph("negative"), [f"{i:03} {j:03} red" for i, j in corners])
     (0, 2, 1, 3)
     """
+    if not is_list(stops) or not len(stops):
+        raise wrong("stops", "must be a list of at least one node", stops)
+    _check_nodes(graph, stops)
     paths = _Paths(graph, usable_graph(graph, allowed_edges(require), weight))
     return shortest_order(len(stops), lambda a, b: paths.cost(stops[a], stops[b]))
 

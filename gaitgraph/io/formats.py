@@ -33,6 +33,7 @@ from gaitgraph.errors import (
 from gaitgraph.files import (
     check_new_files,
     content_of,
+    is_folder,
     is_stream,
     naming_file,
     path_of,
@@ -182,7 +183,7 @@ def read_format(path: str | Path, what: str, also: Sequence[str] = ()) -> Format
     if suffix in known:
         return FORMATS[suffix]
     beside = ""
-    if suffix not in FORMATS and str(path) != "" and file.is_dir():
+    if suffix not in FORMATS and str(path) != "" and is_folder(file):
         if any(file.glob("*.mcap")):
             return FORMATS[".mcap"]
         beside = ", a folder without a .mcap file"

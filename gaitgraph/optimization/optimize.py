@@ -61,7 +61,7 @@ from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.polynomials import times_from
 from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, table_of
-from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF
+from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF, SAME_ANGLE
 from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
@@ -114,7 +114,7 @@ class OptimalGait(Pictured):
     gait.
 
     `value` is the certified least value of the objective along the whole curve, `bound` an upper bound of it for all
-    gaits. `gap` is the largest possible improvement, as a fraction of the value. `effort` is ∫ ‖α̇‖² dt over the period
+    gaits. `gap` is the largest possible improvement, as a fraction of `bound`. `effort` is ∫ ‖α̇‖² dt over the period
     [rad²/s]; `history` that of every loop on the path to it. `stationarity` is the first-order (Karush–Kuhn–Tucker)
     residual, as a fraction of the slope of the effort; `active` names the active constraints. `violation` is how far it
     passes outside a disc, at most [rad]; of the region it is never outside.
@@ -295,7 +295,7 @@ def optimal_gait(
     ----------
     waypoints, radius
         Centres (α1, α2) of up to 40 discs in [−π/2, π/2], numbers [rad] or texts, and one radius for all or one for
-        each; 0 passes the waypoint exactly. Waypoints that repeat in a row are merged; the smaller radius counts.
+        each; 0, or less than 1e-9, passes the waypoint exactly. Waypoints that repeat in a row are merged; the smaller radius counts.
     objective
         "singular_value": the least singular value of the scaled decoupling matrix along the gait is maximised;
         "hover_reserve": the smallest change of a hover thrust, in units of m·g per rotor, until a rotor idles or
@@ -388,6 +388,7 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     notes = merge_notes(len(points) - len(groups))
     centers = np.array([points[group[0]] for group in groups])
     least = np.array([radii[group].min() for group in groups])
+    least[least < SAME_ANGLE] = 0.0
     return Discs(read_only(centers), read_only(least)), notes
 
 

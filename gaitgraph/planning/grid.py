@@ -94,7 +94,7 @@ def grid_cycles(
 ) -> Iterator[Cycle]:
     """Return the simple closed cycles on the grid of a request, in order of length, as a lazy iterator.
 
-    Of the request its color, sign ("auto": both, R > 0 first), divisions, vehicle, coefficients, floor and polygons
+    Of the request its color, sign ("auto": both, merged by length), divisions, vehicle, coefficients, floor and polygons
     count. The other options are those of :func:`gaitgraph.graph.cycle_list.cycles`. InputError if a value is not
     allowed.
     """

@@ -221,7 +221,7 @@ class Rounding(Record):
     def __str__(self) -> str:
         text = f"{len(self.corners)} corners rounded, at most {self.deviation:.4g} rad from the gait"
         if self.merged:
-            text += f"; shrunk to share a leg: {', '.join(map(str, self.merged))}"
+            text += f"; shrunk to share a leg: {', '.join(str(corner + 1) for corner in self.merged)}"
         return text
 
 

@@ -191,7 +191,8 @@ def least_period(
     path, limits
         A gait of one color in any form, or the curve of an optimal one; and what to keep, by default the limits of its
         vehicle. A table that was paced before starts again from the gait that it states, with its rounding and, where
-        the vehicle states none, its limits.
+        the vehicle states none, its limits. One with rounded corners under a jerk limit states none, and starts from
+        its rows.
     rounding
         For a gait: round its corners by this tolerance first, see :func:`gaitgraph.timing.curve.rounded`. Otherwise
         the law rests at every corner, except for a gait that only turns back on its line. Where resting is quicker, as
@@ -200,7 +201,7 @@ def least_period(
         Of tables, as for :meth:`gaitgraph.gait.gait.Gait.parametrize`. With a rate [Hz] the period of the law is the
         least one that is a whole number of frames.
     nodes, progress
-        Nodes along a curve, 1000 by default, 300 under a jerk limit, at least eight on each of its pieces; and a
+        Nodes along a curve, 2000 by default, 300 under a jerk limit, at least eight on each of its pieces; and a
         function called with lines of text, since a jerk limit may take a minute.
 
     Notes
