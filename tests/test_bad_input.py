@@ -94,10 +94,11 @@ lag | *NO_NUMBERS, 0.0, -1.0, [0.1, 0.2], [0.1, 0.1, 2e6, 0.1], 3e-5
 law | *NO_CHOICE
 limits | 3, {"rate": 5}
 margin | *NO_ANGLES[:3], -1, 5.0
-max_length | *NEGATIVE
+max_length | *NEGATIVE, 1e13
 nodes | *NOT_WHOLE, 5
 names | 3, "gait3", ["one"]
 objective | *NO_CHOICE
+order | *NOT_WHOLE, 0, 5
 only | 3, "16", ["0"]
 out | None, 3
 path | *NO_GAIT
@@ -121,6 +122,7 @@ sign | *NO_CHOICE
 source | *NO_GAIT
 start | *NO_GAIT
 step | *NOT_POSITIVE
+stops | None, 3, "abc", [], [3]
 table | None, 3, {}
 thrusts | "x", [1.0], [1.0, 1.0, 1.0, NAN]
 tilt | *NO_ANGLES[:3], -0.1, RIGHT

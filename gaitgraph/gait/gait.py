@@ -125,6 +125,8 @@ class Gait(Pictured):
         reach = checked_number(
             "crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)"
         )
+        request = request or {}
+        check_kind("request", request, Mapping)
         body = vehicle_named(vehicle)
         checked = (
             read_only(corners),
@@ -132,7 +134,7 @@ class Gait(Pictured):
             body,
             coefficients_of(body, coefficients),
             reach,
-            read_only_mapping(dict(request or {})),
+            read_only_mapping(dict(request)),
         )
         for name, value in zip(self.__slots__, checked, strict=True):
             object.__setattr__(self, name, value)  # the record is frozen

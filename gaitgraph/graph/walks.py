@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from gaitgraph.angles import checked_number, is_list
-from gaitgraph.errors import checked_choice, shown, wrong
+from gaitgraph.errors import check_kind, checked_choice, shown, wrong
 from gaitgraph.records import Record
 from gaitgraph.tolerances import SAME_ANGLE
 
@@ -220,6 +220,9 @@ def closed_walk(
 
 def _check_nodes(graph: nx.Graph[Any], names: Iterable[Any]) -> None:
     """Raise InputError unless all names are nodes of a graph."""
+    import networkx as nx
+
+    check_kind("graph", graph, nx.Graph)
     for name in names:
         if name not in graph:
             raise wrong("stops", "must be nodes of the graph", name)

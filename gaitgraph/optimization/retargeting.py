@@ -21,7 +21,7 @@ import numpy as np
 import shapely
 from shapely.affinity import translate
 
-from gaitgraph.angles import angle_within, checked_floor, number_of
+from gaitgraph.angles import angle_within, checked_floor, checked_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Advice, Infeasible, wrong
 from gaitgraph.gait.gait import Gait
@@ -279,8 +279,9 @@ def retarget(
     """
     floor = checked_floor(floor)
     margin = angle_within(margin, "margin", least=0.0)
-    if keep is not None and not 0 < number_of(keep) <= 1:
-        raise wrong("keep", "must be above 0 and at most 1", keep)
+    if keep is not None:
+        allowed = "above 0 and at most 1"
+        keep = checked_number("keep", keep, allowed, above=True, most=1.0)
     table = _given_table(source)
     chosen, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     check_symmetric(numbers.rotors)
@@ -302,7 +303,7 @@ def retarget(
     loop = given[: len(given) - is_closed(given)]
     placements = _placements(loop, region.components, keep)
     if not placements:
-        reason = f"{100 * number_of(keep):.3g} % of the motion fits nowhere; lower keep"
+        reason = f"{100 * (keep or 0.0):.3g} % of the motion fits nowhere; lower keep"
         return replace(refused, reason=reason)
     alpha, placed = given, np.arange(len(given))
     if not before.flyable or turned.any() or not _is_inside(loop, region):

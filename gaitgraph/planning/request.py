@@ -11,7 +11,7 @@ say how the gait table is sampled.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from itertools import groupby
 from pathlib import Path
@@ -74,7 +74,7 @@ from gaitgraph.vehicle import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.surface.loop_colorings import Colorings
@@ -270,6 +270,8 @@ def request_from_mapping(
     >>> request.divisions, sampling
     (16, {'samples': 50})
     """
+    if not isinstance(content, Mapping):
+        raise wrong("request", "must be a mapping of its fields", content)
     content = dict(content)
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
     check_fields("request", content, [*REQUEST_FIELDS, *_SAMPLING])

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import later
-from gaitgraph.angles import angle_within
+from gaitgraph.angles import angle_within, whole_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, shown, wrong
 from gaitgraph.gait.gait import Gait
@@ -50,6 +50,7 @@ if TYPE_CHECKING:
 DEFAULT_CHORD = 1e-6
 """How far a curve may be from the chords that its checks look along [rad in the (α1, α2) plane]."""
 
+LEAST_CHORD = 1e-9
 POLYLINE_CHORD = 1e-4
 """How far a curve may be from the polyline that is its gait [rad in the (α1, α2) plane]."""
 
@@ -118,6 +119,7 @@ class Curve(Record):
         Parameters of shape (...) give angles of shape (..., 4) [rad]. At a break, derivatives from the third on are
         those of the piece that starts there.
         """
+        derivative = whole_number("derivative", derivative, 0, 9)
         piece, local = located(self.breaks, s, "s must be finite parameters")
         values = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
         return lifted(
@@ -135,6 +137,7 @@ class Curve(Record):
 
     def polyline(self, tolerance: float = POLYLINE_CHORD) -> Gait:
         """Return a gait with corners on the curve, whose segments are proven to be within a tolerance of it [rad]."""
+        tolerance = angle_within(tolerance, "tolerance", least=LEAST_CHORD)
         width = np.diff(self.breaks)
         bend = bends_of(self.pieces, width)
         count = width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)

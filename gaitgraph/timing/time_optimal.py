@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_within, whole_number
+from gaitgraph.angles import angle_within, number_of, whole_number
 from gaitgraph.errors import InputError, wrong
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_UNITS
@@ -227,7 +227,7 @@ def least_period(
     timed = answer.timed
     count = checked_clock(timed.period, "smooth", samples=samples, rate=rate)
     if rate is not None:
-        timed = timed.with_period(count / rate)
+        timed = timed.with_period(count / number_of(rate))
     return replace(answer, timed=replace(timed, samples=count))
 
 

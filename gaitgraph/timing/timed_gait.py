@@ -281,6 +281,7 @@ class TimedGait(Pictured):
         between corners. From 2 on they are infinite where a law turns a corner at full speed. Jerks of the law `smooth`
         jump at the corners.
         """
+        order = whole_number("order", order, 1, 4)
         factor = LAWS.get(self.law, STRAIGHT).peaks[order - 1]
         duration = np.diff(self.corner_times)
         moving = duration > 0
