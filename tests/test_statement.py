@@ -185,6 +185,14 @@ def fastest(points: Any = TRIANGLE, **options: Any) -> Any:
     return gg.least_period(gg.lift(points, "red"), limits, **options).timed
 
 
+@pytest.mark.parametrize("law", [5, ["paced"], "pacd", "smooth"])
+def test_another_law_beside_limits_makes_no_motion(law: Any, tmp_path: Path) -> None:
+    table = table_of(fastest())
+    wrong = replace(table, about=table.about | {"law": law})
+    again, _ = read_in(tmp_path / "a.csv", wrong)
+    assert again.motion is None
+
+
 @pytest.mark.parametrize("limits", ["fast", {"rate": "5"}, {"rate": [1, 1, 1, -1]}])
 def test_limits_that_are_none_are_refused(limits: Any, tmp_path: Path) -> None:
     """Which limits a table was made for cannot be seen from its rows."""

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, number_of, whole_number
-from gaitgraph.errors import InputError, wrong
+from gaitgraph.errors import InputError, checked_choice, wrong
 from gaitgraph.gait.given import given_gait
 from gaitgraph.gait.table import RATE_UNITS
 from gaitgraph.pictured import Pictured
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import VehicleLike
 
+_UNDER_LIMITS = ("least-period", "paced")  # laws
 _NODES = 2000  # twice as many gain less than 0.05 % of the period
 _NODES_UNDER_JERK = 300  # a programme then takes a tenth of a second
 _MOST_NODES_UNDER_JERK = 5000  # with more, programmes take minutes
@@ -284,6 +285,7 @@ def timed_by_law(
     That is the fastest one, stretched to the period, whether or not it keeps the limits then. Raises InputError if
     there is none.
     """
+    checked_choice("law", law, (*LAWS, *_UNDER_LIMITS))
     if law in LAWS or not limits:
         return gait.parametrize(period, law=law, samples=samples)
     routes = _routes(gait, Limits(**limits), rounding)
