@@ -57,15 +57,17 @@ _BEZIER = (
     np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
 )  # points of a piece from its control
 _PRODUCTS = np.array([2 / 3, -1 / 8, -1 / 5, -1 / 120])
-_BEYOND = 1e-12
+_BEYOND = (
+    1e-12  # by which a side on a line counts as shut out, more than round-off [rad]
+)
 _REACH = 0.1  # of cells beyond their piece [rad]
 _SETTLED = 1e-7  # relative decrease of the effort that ends the rounds
-_MOST_ROUNDS = 40
-_EVENED_ROUNDS = 3
-_SLACK = 1e-10
+_MOST_ROUNDS = 40  # most loops settle within 20
+_EVENED_ROUNDS = 3  # that also start from evenly spread points
+_SLACK = 1e-10  # by which the solver's points may be beyond a side [rad]
 _CHOSEN = 0.01  # sides of cells this near are constraints from the beginning, others when they are crossed [rad]
-_MOST_STEPS = 500
-_ACTIVE = 1e-6
+_MOST_STEPS = 500  # of the solver, which needs some tens
+_ACTIVE = 1e-6  # distance below which a constraint acts [rad]
 _STILL = 1e-2  # weight of moving the loop as a whole, which costs no effort, against that of its lowest mode
 
 

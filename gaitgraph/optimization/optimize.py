@@ -86,17 +86,18 @@ CLEARANCE = 1e-5
 """How far an optimal gait keeps from the borders of its region, at least; 3e-5 at most where it follows them [rad]."""
 
 _CLOSE = 2e-5  # relative width to which levels are bracketed, about
-_CLOSE_MARGIN = 4e-4
+_CLOSE_MARGIN = 4e-4  # the same for servo margins, which are proven to 0.5 %
 _FOLLOWED = 1e-5  # accuracy of the levels' polygons [rad]
 _MOST_WAYPOINTS = 40
-_MOST_PIECES = 400
+_MOST_PIECES = 400  # of a spline
+# How far the start of a loop keeps from the border, the first that has room [rad].
 _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
 _SETTLED = 1e-3  # first-order residual
 _UNSETTLED = "the optimization has not converged: a loop of less effort exists; the worst case is not affected"
 _LATE = (
     "the deadline passed: a loop with a better worst case, or of less effort, may exist"
 )
-_CHORD = 1e-4
+_CHORD = 1e-4  # of the polyline whose servo margin is judged [rad]
 _TEXTS = {  # name and unit of each objective, and one in these units
     "singular_value": ("least singular value along the gait", "", 1.0),
     "hover_reserve": ("hover reserve along the gait", " of m·g", 1.0),
@@ -315,7 +316,7 @@ def optimal_gait(
     Notes
     -----
     A worst case is globally optimal to within the stated gap: `bound` holds for every continuous gait in the flyable
-    region that passes the discs. Its effort is a local optimum among splines, on the side of each obstacle on which the
+    region that passes the discs. Its effort is a local optimum among splines, on the side of each keep-out on which the
     initial loop runs; another may be better by far, and rounding may decide between two. Discs that share a point, or a
     single disc, give a gait that stands still there.
 

@@ -65,9 +65,9 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import VehicleLike
 
-_MOST_CORNERS = 16
-_DURATION = 1.0
-_LONGEST = 5e8
+_MOST_CORNERS = 16  # of a gait, from which paths to the other are tried
+_DURATION = 1.0  # by default [s]
+_LONGEST = 5e8  # half of the longest period, since a path is half of a loop [s]
 _STATEMENT = (
     "formula (1) is continuous in tilt angles and attitude. At both ends it is R·cos φ·cos θ, which has the sign of R "
     "for |φ|, |θ| < π/2. So every flight between them passes a zero of it, where the decoupling matrix is singular"

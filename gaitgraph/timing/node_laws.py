@@ -89,7 +89,7 @@ class Grid:
         return np.diff(self.s)
 
     def derivative(self, order: int, *, at_end: bool = False) -> FloatArray:
-        """Return a derivative of the path at the start of each interval, or at its end, shape (n, 2)."""
+        """Return a derivative of the path at the start of each interval, or at its end, shape (n, joints)."""
         local = self.local + self.width if at_end else self.local
         return values_of(derivative_of(self.pieces, order), local)
 
