@@ -211,6 +211,30 @@ def test_random_gaits_of_random_vehicles() -> None:
     assert {answer.polygon.is_empty for answer in answers} == {False, True}
 
 
+@pytest.mark.parametrize("seed", [0, 18, 31, 325, 395])
+def test_fractions_are_sums_over_columns(seed: int) -> None:
+    """At each roll v·n > 0 bounds tan(pitch) by a quotient; of odd seeds Rθ is rounding."""
+    random = np.random.default_rng(seed)
+    exact, points = (
+        coefficients_of(random_vehicle(random), "exact"),
+        random_gait(random),
+    )
+    if seed % 2:
+        points[:, 3] = points[:, 1]
+    answer = acceptable_attitudes(points, exact)
+    check_shape(answer)
+    x, y, z = attitude_sensitivities(along(points, 50), exact).T[:, :, None]
+    x = np.where(x == 0.0, 1e-300, x)
+    sign = np.sign(z[0])
+    roll = (np.arange(10_000) + 0.5) / 10_000 * math.pi - HALF_PI
+    with np.errstate(over="ignore"):
+        pitch = np.arctan((y * np.sin(roll) + z * np.cos(roll)) / x)
+    high = np.where(sign * x > 0, pitch, HALF_PI).min(axis=0)
+    low = np.where(sign * x < 0, pitch, -HALF_PI).max(axis=0)
+    fraction = np.maximum(high - low, 0.0).mean() / math.pi
+    assert answer.fraction == pytest.approx(fraction, abs=1.2e-4)
+
+
 RED = [[1.2, -1.2, 1.2, -1.2], [1.2, -0.4, 1.2, -0.4], [0.4, -0.4, 0.4, -0.4]]
 HARD_CASES: dict[str, tuple[Any, tuple[float, float, Any]]] = {
     # The ring of a region that reaches the border touched itself there by rounding, and all of it was lost.

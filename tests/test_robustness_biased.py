@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+import shapely
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import Gait
@@ -171,7 +172,16 @@ def test_curves_are_spread_over_the_gait() -> None:
     ("gait", "bias"), [(G3, [0.9, 0.8]), (EXACT_2, []), (EXACT_2, [0.8])]
 )
 def test_plain_values_are_json_that_any_reader_takes(gait: Gait, bias: Any) -> None:
-    data = report_of(gait, bias=bias, curves=2, tolerance=0.1).as_mapping()
+    report = report_of(gait, bias=bias, curves=2, tolerance=0.1)
+    data = report.as_mapping()
+    lower, upper = report.gait.singular_value
+    assert data["least_singular_value_at_least"] == lower
+    assert data["least_singular_value"] == upper
+    for one, told in zip(report.sweep, data["sweep"], strict=True):
+        outline = np.reshape(told["acceptable_outline"], (-1, 2))
+        sides = shapely.LinearRing(outline) if len(outline) else None
+        polygon = one.acceptable.polygon
+        assert polygon.is_empty or polygon.exterior.hausdorff_distance(sides) < 2e-3
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert len(data["singular_curves"]) == 2
     for curve in (data["sweep"] or [data])[-1]["singular_curves"]:
@@ -185,6 +195,10 @@ def test_plain_values_are_json_that_any_reader_takes(gait: Gait, bias: Any) -> N
     assert [one["eta"] for one in data["sweep"]] == bias
     assert (data["tilt_margin_deg"] is None) == (gait is EXACT_2)
     assert (data["tilt_margin_reason"] is None) == (gait is G3)
+
+
+def test_a_gait_that_is_a_point_has_one_curve() -> None:
+    assert len(report_of(gg.lift([(-0.3, 0.3)], "red"), curves=5).gait.curves) == 1
 
 
 def test_margins_of_servos_and_drags_are_told() -> None:
@@ -231,6 +245,7 @@ def test_the_errors_that_a_timed_gait_does_not_bear_have_their_time(
     gait = gg.lift([(-0.4, 0.4), (-0.4, 1.1), (-1.1, 0.8)], "red")
     report = gg.robustness_of(gait.parametrize(1.5), bias=() if eta is None else eta)
     told = (report.sweep or (report.gait,))[0].as_mapping()
+    assert f"at t = {told['servo_margin_t']:.4g} s, " in str(report)
     for name in ("servo_margin", "drag_margin"):
         if told[f"{name}_where"] is not None:
             motion = gait.biased(eta or 1.0).parametrize(1.5)

@@ -147,6 +147,19 @@ def test_a_place_on_a_chord_is_a_fraction_of_the_way_to_the_next_corner() -> Non
     assert told == [(0, 0.25), (0, 0.75), (1, 0.5)]
 
 
+@pytest.mark.parametrize("seed", [1, 33, 39, 57])
+def test_the_first_pair_that_may_not_be_adjacent_is_named(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    points = random.uniform(-1, 1, 2) + random.uniform(-0.5, 0.5, (9, 2))
+    gait = lift(points, random.choice(["red", "blue"], 9, p=[0.8, 0.2]).tolist())
+    following = [*gait.types[1:], gait.types[0]]
+    pairs = zip(gait.types, following, strict=True)
+    wrong = [not gg.surface.types_may_be_adjacent(*pair) for pair in pairs]
+    check = gait.check()["two_color"]
+    assert check.ok is not any(wrong)
+    assert check.ok or (check.where or {})["segment"] == wrong.index(True)
+
+
 # The sign of R
 
 
@@ -232,6 +245,12 @@ def test_a_floor_within_the_bracket_of_the_least_singular_value_is_decided(
     assert check.ok is (apart > 0)
 
 
+def test_no_rotor_may_lean_beyond_a_quarter_turn_whatever_its_thrust() -> None:
+    alpha = np.array([[0.4, -2.0, 0.4, -2.0]])
+    assert hover_thrust_shares(alpha).min() > 0.1
+    assert not Gait(alpha=alpha).check()["hover_thrust"].ok
+
+
 def test_thrusts_that_vanish_between_corners_or_at_one_or_are_no_numbers() -> None:
     between = lift([(-0.896, 1.14), (-1.12, 1.512)], "red").check()["hover_thrust"]
     assert (between.ok, between.value) == (False, None)
@@ -297,6 +316,9 @@ def test_the_largest_thrust_is_compared_with_the_limit(excess: float) -> None:
 # Reachability from hover
 
 
+BORDER = float(np.arctan(gg.PAPER.drag_ratio))
+
+
 @pytest.mark.parametrize(
     ("points", "home"),
     [
@@ -305,6 +327,7 @@ def test_the_largest_thrust_is_compared_with_the_limit(excess: float) -> None:
         ([(-0.9, 0.9)], True),
         ([(-1.55, 1.5)], False),  # small components in the corner of the square
         ([(-1.5, 1.55)], False),
+        ([(-0.4, 0.4), (BORDER - 1e-15, -BORDER), (-0.4, 0.2)], False),  # R = 0
     ],
 )
 @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
