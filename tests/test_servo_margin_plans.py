@@ -138,9 +138,9 @@ def test_a_grid_plan_at_own_costs() -> None:
     ("weight", "words"),
     [
         ("lenght", "which no edge has"),
-        (lambda u, v, edge: -1.0, "a finite number ≥ 0"),
-        (lambda u, v, edge: math.inf, "a finite number ≥ 0"),
-        (lambda u, v, edge: True, "a finite number ≥ 0"),
+        (lambda u, v, edge: -1.0, "must be a number from 0 to 1e12"),
+        (lambda u, v, edge: math.inf, "must be a number from 0 to 1e12"),
+        (lambda u, v, edge: True, "must be a number from 0 to 1e12"),
         (lambda u, v, edge: float(u < v), "the same in both directions"),
         (3, "the name of an edge attribute or a function"),
     ],
