@@ -309,7 +309,8 @@ def test_late_times_of_a_clock_that_started_long_ago_are_found() -> None:
     columns = {**table.columns, "t": table["t"] + 9e8}
     since_epoch = Table(columns=columns, about=table.about)
     assert given_gait(since_epoch).motion is not None
-    with pytest.warns(FileWarning, match=r"row 31 is at t = 900000000\.303"):
+    told = r"row 31 is at t = 900000000\.303 s, stated is 900000000\.3 s"
+    with pytest.warns(FileWarning, match=told):
         late = given_gait(edited(since_epoch, "t", 30, 9e8 + 0.303))
     assert late.motion is None
 

@@ -99,6 +99,12 @@ def test_before_the_first_row_it_is_where_it_ends() -> None:
         np.testing.assert_array_equal(timed.at(-1e-300).alpha, timed.alpha[0])
 
 
+def test_every_time_must_be_finite() -> None:
+    timed = lift(SQUARE, "red").parametrize()
+    with pytest.raises(gg.InputError, match="^t must be finite times"):
+        timed.at([0.5, inf])
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_the_sheet_of_a_sample_is_that_of_the_corner_last_passed(law: LawName) -> None:
     gait = lift(LONG_AND_SHORT, ["red", "blue", "red", "blue"])
