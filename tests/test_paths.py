@@ -179,6 +179,8 @@ def test_a_new_timing_says_its_peaks_and_a_rate_that_does_not_fit(
     done = run("export", fast.name, "e.csv", "--period", 1.01, "--rate", 50)
     assert f"peak {6 * paced_gait().period / 1.01:.3g} rad/s" in done.out
     assert "50.495 rows per second, not 50" in done.err
+    done = run("export", "gait3", "two.csv", "--period", 1.0, "--rate", 0.7)
+    assert "1 rows per second, not 0.7" in done.err
 
 
 @pytest.mark.parametrize("option", ["--law smooth", "--period 0.5"])

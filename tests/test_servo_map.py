@@ -342,6 +342,18 @@ def test_a_wrong_table_from_elsewhere_says_what_is_wrong(
         read_table("log.csv", joints=servos)
 
 
+def test_the_command_reads_the_columns_of_tables_alone(servos: str, run: Any) -> None:
+    Path("log.csv").write_text(LOG)
+    done = run("export", "log.csv", "gait.csv", "--columns", servos, "--anyway")
+    assert done.code == 0
+    expected = read_table("log.csv", joints=servos).alpha
+    np.testing.assert_allclose(read_table("gait.csv").alpha[:2], expected, atol=1e-12)
+    Path("plan.toml").write_text("waypoints = [[0.8, -0.8], [0.4, -0.4]]")
+    for name in ("gait3", "plan.toml"):
+        done = run("export", name, "other.csv", "--columns", servos)
+        assert (done.code, f"and {name} is none" in done.err) == (2, True)
+
+
 def test_a_file_with_a_broken_map_is_refused(servos: str) -> None:
     mapped = mapped_table(TABLE, servo_map_named("x_frame"))
     mapped.about["servos"]["joint"][0]["rotor"] = 3

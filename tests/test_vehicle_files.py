@@ -139,6 +139,7 @@ def test_models_read_back(run: Any, name: str) -> None:
     assert run(*write).out.endswith("wrote model.xml\n")
     assert run(*write).code == 2  # it exists
     text = Path("model.xml").read_text()
+    assert 'timestep="0.001"' in text
     body = '<body name="vehicle"'
     Path("model.xml").write_text(text.replace(body, f'{body} euler="0.3 0.2 0.5"'))
     model = read_description("model.xml")
