@@ -229,6 +229,7 @@ ANSWERS = cases("""
 1 | retarget gait3 --keep-in '1.4,1.4 1.5,1.4 1.5,1.5'
 1 | fly gait1
 1 | basin gait1
+1 | basin gait2 --resolution 1 --bias 0.05
 0 | basin gait4 --resolution 1
 0 | study study.toml --dry-run
 0 | roots 0.3 -0.4
