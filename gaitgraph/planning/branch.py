@@ -203,9 +203,9 @@ class Branch:
         words = "with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there; use red"
         return self._refused("color", f"blue: {words}", R=0.0)
 
-    def _refused(self, kind: Any, message: str, **found: Any) -> Refusal:
+    def _refused(self, kind: Any, message: str, **details: Any) -> Refusal:
         return Refusal(
-            color=self.color, sign=self.sign, kind=kind, message=message, **found
+            color=self.color, sign=self.sign, kind=kind, message=message, **details
         )
 
     def refused_at(self, k: int, why: str, R: float) -> Refusal:

@@ -109,26 +109,26 @@ def mission(
 
 def _entry(timed: TimedGait, *, anyway: bool) -> tuple[FloatArray, LawName, float]:
     """Return the corners of the path from hover to the first row of a gait, its law and its duration [s]."""
-    found = transition(HOVER, timed)
-    if found and found.report.flyable:
-        return found.path, found.law, found.duration
+    joining = transition(HOVER, timed)
+    if joining and joining.report.flyable:
+        return joining.path, joining.law, joining.duration
     # Straight to the first row, within the largest tilt rate.
     around = timed.gait
-    seconds = found.duration if found else 1.0
+    seconds = joining.duration if joining else 1.0
     hover = hover_on_sheet(around.coefficients.rotors)
     line = np.vstack([hover, timed.at(0.0).alpha])
     limit = around.vehicle.max_tilt_rate
     if limit is not None:
-        peaks = _path(around, line, found.law, 1.0).peaks(1)
+        peaks = _path(around, line, joining.law, 1.0).peaks(1)
         seconds = max(seconds, float((peaks / limit).max()))
-    forbidden, _ = broken_rules(_path(around, line, found.law, seconds).check())
+    forbidden, _ = broken_rules(_path(around, line, joining.law, seconds).check())
     if forbidden and not anyway:
         # For a gait off the surfaces, paths on them do not matter.
         reason = f"off the surfaces it is straight, and {forbidden[0]}"
         if around.vehicle.asymmetry is not None or around.check().valid:
-            reason = str(found.reason)
+            reason = str(joining.reason)
         raise _unreachable(around, reason)
-    return line, found.law, seconds
+    return line, joining.law, seconds
 
 
 def _unreachable(gait: Gait, reason: str) -> Infeasible:

@@ -149,10 +149,10 @@ class Plan(Pictured):
         if self.loop is None:
             return {"servo_margin_deg": None, "servo_margin_found_deg": None}
         margin = self.loop.servo_margin
-        found = None if margin.found is None else math.degrees(margin.found)
+        degrees = None if margin.found is None else math.degrees(margin.found)
         return {
             "servo_margin_deg": math.degrees(margin.proven),
-            "servo_margin_found_deg": found,
+            "servo_margin_found_deg": degrees,
         }
 
     def __str__(self) -> str:

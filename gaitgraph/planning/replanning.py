@@ -219,7 +219,7 @@ class Replanner:
         for point in (here, *stops):
             if not paths.contains(point):
                 return self._refused(f"{name_of(point)} {self._why_not(point, region)}")
-        found = []
+        ways = []
         for start, end in pairwise([here, *stops, stops[0]]):
             path = paths.path(start, end)
             if path is None:
@@ -228,8 +228,8 @@ class Replanner:
                 return self._refused(
                     f"{name_of(start)} and {name_of(end)} are separated by {wall}; move one of them"
                 )
-            found.append(path)
-        approach, *legs = found
+            ways.append(path)
+        approach, *legs = ways
         loop = np.concatenate([leg[:-1] for leg in legs if len(leg) > 1] or legs)
         return self._timed(approach, loop)
 

@@ -74,7 +74,7 @@ def checked(table: Table, name: object = None) -> Table:
             "what the file states of its motion is not used, and color, types, R, rates, accelerations and thrusts are those of "
             "the rows"
         )
-        about = {key: one for key, one in table.about.items() if key not in _STATED}
+        about = {key: value for key, value in table.about.items() if key not in _STATED}
         table = replace(table, about=about)
     else:
         difference = _first_misfit(table)
@@ -85,7 +85,9 @@ def checked(table: Table, name: object = None) -> Table:
     note = f"{difference}: {consequence}"
     file = f"gait file {str(name)!r}" if isinstance(name, (str, Path)) else "table"
     warnings.warn(f"{file}: {note}", FileWarning, stacklevel=3)
-    columns = {key: one for key, one in table.columns.items() if key not in dropped}
+    columns = {
+        name: column for name, column in table.columns.items() if name not in dropped
+    }
     return replace(table, columns=columns, notes=(*table.notes, note))
 
 
