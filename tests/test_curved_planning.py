@@ -141,6 +141,16 @@ def test_the_region_of_a_symmetric_vehicle_is_that_of_its_plane() -> None:
     assert plane.inner.difference(region.outer.buffer(1e-9)).area < 1e-9
 
 
+def test_hover_that_cannot_fly_reaches_nothing() -> None:
+    plane = np.array([[1.0, 0.0]])
+    told = curved_region.reached_from_hover(plane, samples.LEANING, 0.05)
+    assert told[0] is None
+    assert (
+        "hover on the sheet cannot fly: R at level attitude must be > 0, got -5.0"
+        in told[1]
+    )
+
+
 @KINDS
 def test_loops_fly_along_the_curve_and_its_chords(vehicle: gg.Vehicle) -> None:
     part = sheet_region(vehicle).components[0].buffer(-0.02)
