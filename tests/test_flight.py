@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from io import BytesIO
 from typing import Any
 
@@ -21,7 +22,10 @@ from gaitgraph.flight.simulation import (
     in_flight,
     sensor_noise,
 )
-from gaitgraph.invertibility.matrices import least_singular_value
+from gaitgraph.invertibility.matrices import (
+    least_singular_value,
+    scaled_decoupling_matrix,
+)
 from gaitgraph.vehicle import PAPER
 from tests.samples import HOVER, RED, cases, flown_by, gait_of_paper
 
@@ -165,6 +169,16 @@ def test_each_way_to_stop_has_an_outcome_and_a_line(
     assert flight.verdict == f"stopped: {flight.reason}"
     assert flight.settling_time is None
     assert np.isfinite(flight.rows).all()
+
+
+def test_the_reason_brackets_the_least_singular_value() -> None:
+    flight = fly(RED, settings=short(floor=1.0))
+    matrix = scaled_decoupling_matrix(RED.alpha[0], PAPER, *flight.attitude)
+    told = re.search(r"at 0.000 s: .* between (\S+) and (\S+),", flight.reason)
+    assert told is not None
+    low, high = map(float, told.groups())
+    assert high == pytest.approx(2 * low, rel=0.1)  # of two digits each
+    assert 0.95 * low <= np.linalg.svd(matrix)[1][-1] <= 1.05 * high
 
 
 LEVEL = Motion(*[0.0] * 12)

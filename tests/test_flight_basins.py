@@ -47,6 +47,7 @@ def test_a_row_of_the_page_is_flown_again() -> None:
     found = [basin.inside.sum(), basin.settled.sum(), lost, gained]
     assert cells is not None
     assert [int(cell) for cell in cells[1].split(" | ")] == found
+    assert sum(basin.cases.values()) == 9 * 9
 
 
 def test_a_red_gait_settles_from_everywhere_without_a_thrust_limit() -> None:

@@ -86,6 +86,15 @@ def test_urdf_gives_the_preset_that_was_derived_from_the_same_numbers(run: Any) 
     )
 
 
+def test_one_rotor_is_described_too(run: Any) -> None:
+    Path("one.urdf").write_text(urdf(1))
+    done = run("vehicles", "--from", "one.urdf")
+    assert "# The paper's method does not fit: it has 1 rotor, not four.\n" in done.out
+    assert (done.code, "does not state moment_ratio" in done.err) == (1, True)
+    with pytest.raises(gg.InputError, match="must state the drag of its rotors"):
+        _ = read_description("one.urdf").geometry
+
+
 def test_urdf_is_read_without_its_meshes_comments_and_extension(tmp_path: Path) -> None:
     shape = '<{0}><geometry><mesh filename="package://none.dae"/></geometry></{0}>'
     mesh = shape.format("visual") + shape.format("collision")
@@ -238,6 +247,7 @@ def test_where_the_method_does_not_fit_the_geometry_is_printed(
     printed = run("vehicles", "--from", "x.params")
     assert printed.code == 1
     assert reason in printed.out
+    assert "-0.0," not in printed.out
     assert reason in run("vehicles", "--from", "x.params", "--json").json["reasons"][0]
     mine = geometry_from_mapping(tomllib.loads(printed.out))
     theirs = read_description("x.params").geometry

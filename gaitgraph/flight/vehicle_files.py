@@ -431,7 +431,8 @@ def _misfits(rotors: list[dict[str, Any]]) -> list[str]:
     """Return why the paper's method does not fit rotors."""
     reasons = []
     if len(rotors) != 4:
-        reasons.append(f"it has {len(rotors)} rotors, not four")
+        noun = "rotor" if len(rotors) == 1 else "rotors"
+        reasons.append(f"it has {len(rotors)} {noun}, not four")
     if not all("tilt_axis" in rotor for rotor in rotors):
         reasons.append("not every rotor tilts")
     return [f"The paper's method does not fit: {reason}." for reason in reasons]
