@@ -118,6 +118,7 @@ def test_limits_that_look_like_degrees_are_shown_in_degrees(line: Any) -> None:
     cases("""
 plan --waypoint 0.4,-1.2 | The plan is a single posture, not a gait
 optimize --waypoint 0.4,-0.4 --radius 0.1 --objective hover_reserve | The best gait stands still at (
+optimize --waypoint 0.4,-0.4 --waypoint 0.4,-0.4 | The best gait stands still at (
 """),
 )
 def test_a_gait_that_stands_still_says_so_first(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from functools import cache
 from typing import Any
 
@@ -112,11 +113,14 @@ def test_a_found_gait_holds_between_samples(name: str) -> None:
     misses = np.linalg.norm(passed[:, :2] - found.waypoints, axis=1) - found.radius
     assert misses.max() <= 1e-9
     assert (np.diff(found.times) > 0).all()
+    pieces = options.get("pieces", max(36, 12 * len(found.waypoints)))
+    assert len(found.curve.breaks) == pieces + 1
     # The effort is that of the rates, and falls from loop to loop.
     rates = found.curve.at(np.linspace(0, found.period, 20_001), 1)
     effort = np.trapezoid((rates**2).sum(axis=1), dx=found.period / 20_000)
     assert found.effort == pytest.approx(effort, rel=1e-6, abs=1e-12)
     assert list(found.history) == sorted(found.history, reverse=True)
+    assert found.history[-1] == pytest.approx(found.effort, abs=1e-12)
     assert found.stationarity < 1e-5
     line = shapely.LinearRing(found.gait.alpha[:, :2].repeat(2, axis=0))
     assert shapely.distance(line, shapely.points(plane_of(found))).max() <= 1e-4
@@ -134,6 +138,13 @@ def test_the_bound_is_the_best_point_of_the_worst_disc() -> None:
 
 def test_what_binds_a_gait_is_named() -> None:
     assert found_in("points").active == tuple(f"waypoint {k}" for k in (1, 2, 3, 4))
+    # A disc holds the loop that passes it on its rim.
+    for name in ("robust", "seam", "weak"):
+        found = found_in(name)
+        misses = np.linalg.norm(found.passed[:, :2] - found.waypoints, axis=1)
+        on_rim = np.flatnonzero(misses > found.radius - 1e-6)
+        named = [text for text in found.active if "waypoint" in text]
+        assert named == [f"waypoint {k + 1}" for k in on_rim]
     away = shapely.distance(BLOCK, shapely.LineString(plane_of(found_in("block"))))
     assert 0 < away < 0.02
     assert found_in("block").active[-1].startswith("the kept level, or the border")
@@ -190,7 +201,7 @@ def test_a_deadline_ends_the_improvement_of_a_gait_and_says_so() -> None:
     rounds: list[str] = []
     late = optimal_gait(discs, deadline=0.0)
     whole = optimal_gait(discs, progress=rounds.append, deadline=1e6)
-    assert rounds[0].startswith("round 1, effort")
+    assert rounds[0] == f"round 1, effort {whole.history[0]:.4g} rad²/s in 1 s"
     assert late.report.flyable
     assert late.value == pytest.approx(whole.value, rel=1e-2)
     assert late.effort > whole.effort
@@ -246,8 +257,13 @@ APART = [
 def test_why_there_is_none(points: Any, options: Any, told: str) -> None:
     none = optimal_gait(points, **options)
     assert (bool(none), none.status) == (False, "infeasible")
-    assert none.as_mapping()["path"] == []
+    plain = none.as_mapping()
+    assert (plain["path"], plain["times"]) == ([], [])
     assert told in str(none.reason)
+    away = r"\((\S+), (\S+)\) is not .*? point, \((\S+), (\S+)\), is (\S+) rad away"
+    for numbers in re.findall(away, str(none.reason)):
+        x, y, a, b, far = map(float, numbers)
+        assert math.hypot(x - a, y - b) == pytest.approx(far, abs=2e-4)
     with pytest.raises(Infeasible):
         none.table()
 

@@ -131,6 +131,9 @@ def test_a_gait_that_would_stand_still_moves_if_a_share_is_kept(keep: float) -> 
     assert still.gait.length == pytest.approx(0.0, abs=1e-9)
     assert still.advice == "to keep half of the motion, use keep=0.5"
     assert str(still).startswith("The nearest flyable gait stands still; ")
+    assert repr(still) == f"<Retargeted: {str(still).splitlines()[0]}>"
+    if keep < 0.5:
+        assert str(answer).startswith("The nearest flyable gait keeps 20 % of the ")
     assert answer.after.flyable
     assert (answer.share, answer.advice) == (pytest.approx(keep), None)
     # No other place for the same loop is nearer: shifted towards the nearest posture it leaves the region.
@@ -182,6 +185,7 @@ def test_why_there_is_none(options: dict[str, Any], told: str) -> None:
     plain = none.as_mapping()
     assert (bool(none), none.status, plain["path"]) == (False, "infeasible", [])
     assert told in str(none)
+    assert repr(none) == "<Retargeted: infeasible>"
     assert not plain["flyable"]
     for name in ("gait", "total", "largest"):
         with pytest.raises(Infeasible):
