@@ -460,6 +460,18 @@ def test_a_stated_period_beside_that_of_the_times_does_not_slow_the_rows() -> No
     assert rate == pytest.approx(np.abs(np.diff(angle)).max())
 
 
+def test_digits_of_rates_at_the_ends_of_a_path_make_no_acceleration() -> None:
+    """A rate of 0.05 everywhere, rounded to 0 or 0.1."""
+    t = np.arange(4) / 100
+    rates = dict.fromkeys(RATES, np.array([0.0, 0.1, 0.0, 0.1]))
+    table = replace(
+        table_from(np.column_stack([0.9 + 0.05 * t] * 4), t=t, **rates),
+        digits=dict.fromkeys(RATES, Digits(decimals=1)),
+        about={"repeats": False},
+    )
+    assert validate(table)["tilt_acceleration"].value == pytest.approx(0, abs=1e-9)
+
+
 def test_two_rows_swing_to_and_fro() -> None:
     """Out in 1 s and back in one mean step: the rate turns from 0.5 to −0.5 rad/s within 1 s, at both ends."""
     rows = lift([(0.4, -0.4), (0.9, -0.9)], "red").alpha

@@ -117,12 +117,9 @@ def _bearing_thrusts(
                 conditions.append(partial(_difference, lift, thrust))
     pair = _cut_by(conditions, pair, accuracy)
 
-    # R is a sum of N_i times lifts: with N_i of one sign it has their sign where all lifts are positive, within 90° of
-    # the upright angles.
-    lifts = level.force[:2, 2] * level.rotors.thrust_signs[:2, None]
-    middle = np.arctan2(lifts[:, 1], lifts[:, 0])
+    # R is a sum of N_i times lifts: with N_i of one sign it has their sign where all lifts are positive, within 90°.
     reach = HALF_PI - margin
-    upright = rectangle(*(middle - reach).tolist(), *(middle + reach).tolist())
+    upright = rectangle(-reach, -reach, reach, reach)
     if most is None and not upright.covers(pair[1]):
         lifts_of = [_moved_form(level.direction, errors, sign) for errors in corners]
         beyond = shapely.difference(pair, upright)

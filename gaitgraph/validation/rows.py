@@ -293,6 +293,8 @@ def _raise_to_stated(sizes: FloatArray, table: Table, t: FloatArray) -> None:
             stated[order] = np.abs(values) - _half_units(table, names)
     if ACCELERATIONS[0] not in table and table.joined_by_cubics:
         explained = _half_units(table, RATES) / np.diff(t).min()
+        if not table.returns:  # an end has a step on one side alone
+            explained[[0, -1]] *= 2
         stated[1] = np.abs(accelerations_of(table)) - explained
     for order, size in stated.items():
         np.maximum(sizes[order, :-1], size, out=sizes[order, :-1])
