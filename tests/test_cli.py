@@ -22,7 +22,8 @@ import gaitgraph as gg
 from gaitgraph.cli import COMMANDS, cli, output as terminal
 from gaitgraph.cli.options import LAWS as STATED_LAWS
 from gaitgraph.io.formats import read_table
-from gaitgraph.planning.request import CHOICES, REQUEST_FIELDS
+from gaitgraph.planning.location import located
+from gaitgraph.planning.request import CHOICES, REQUEST_FIELDS, PlanRequest
 from gaitgraph.timing.laws import LAWS
 from tests.published import GAITS
 from tests.samples import cases
@@ -160,6 +161,8 @@ def test_vehicles_and_version(line: Any) -> None:
     shown = line("vehicles --vehicle mine.toml").out
     assert shown.startswith("mine: κ = 0.100000, δ = 0.099669 rad")
     assert "max tilt          1.3963 rad = 80°\n" in shown
+    about = gg.vehicle.vehicle_named("mine.toml")
+    assert shown.splitlines()[1:] == str(about).splitlines()[1:]
     assert line("--version").out == f"gaitgraph, version {gg.__version__}\n"
 
 
@@ -170,6 +173,13 @@ def test_colorings(line: Any) -> None:
     assert "R > 0  none: point 1 has no root with R > 0, neither red nor blue" in shown
     assert shown.endswith("  R < 0  all red\n  R < 0  all blue\n")
     assert line("colorings gait2").out.startswith("2 colourings of a loop of 4 points")
+
+
+def test_region(line: Any) -> None:
+    request = PlanRequest(waypoints=((0.8, -0.8), (1.2, -0.4)))
+    stated = "--waypoint 0.8,-0.8 --waypoint 1.2,-0.4"
+    expected = json.loads(json.dumps(located(request).as_mapping()))
+    assert line(f"region {stated} --json").json["regions"] == expected["regions"]
 
 
 def test_cycles(line: Any) -> None:
@@ -186,7 +196,10 @@ def test_cycles(line: Any) -> None:
         for alpha1, alpha2, *_ in row["path"]:
             assert 0.2 <= alpha1 <= 1.3
             assert -1.3 <= alpha2 <= -0.2
-    assert "all there are" in done.err
+    assert f"{len(rows)} cycles: all there are" in done.err
+    first = line("cycles region.toml --max-length 0.8 --limit 3 --json")
+    assert first.out.splitlines() == done.out.splitlines()[:3]
+    assert first.err.startswith("3 cycles: no others are shorter than ")
     short = line("cycles --max-length 0.1 --json")
     assert (short.code, short.json["status"]) == (1, "none")
     assert "within 0.1 rad" in short.json["reason"]
@@ -206,7 +219,9 @@ def test_pace(line: Any) -> None:
     assert answer["servo"]["distance_off_sheet"] == 0
     table = read_table("fast.json")
     assert (len(table), table.about["law"]) == (51, "least-period")
-    assert "not flyable" not in line("pace gait3 --max-acceleration 60").out
+    shown = line("pace gait3 --max-acceleration 60 --output slow.csv --samples 20").out
+    assert "not flyable" not in shown
+    assert "wrote slow.csv: 21 rows" in shown
 
 
 ANSWERS = cases("""

@@ -95,6 +95,16 @@ def flown(number: int, bias: float = 1.0, **settings: Any) -> Any:
     return fly(timed, anyway=bool(settings), settings=FlightSettings(**settings))
 
 
+def test_the_period_and_the_bias_are_those_asked_for(run: Any) -> None:
+    gait = gait_of_paper(3)
+    for option, timed in (
+        ("--period", gait.parametrize(0.8)),
+        ("--bias", gait.biased(0.8).parametrize(1.0)),
+    ):
+        told = run("fly", "gait3", option, 0.8, "--duration", 0.5, "--json").json
+        assert told["peak_thrust"] == fly(timed, settings=SHORT).peak_thrust
+
+
 @pytest.mark.parametrize("factor", [1, 1.01])
 @pytest.mark.parametrize("is_law", [True, False])
 def test_only_a_table_that_states_no_law_of_its_rows_has_a_warning(

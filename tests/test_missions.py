@@ -100,8 +100,9 @@ def test_export_writes_it(run: Any, tmp_path: Path) -> None:
     assert (refused.code, (tmp_path / "no.csv").exists()) == (1, False)
     sparse = run("export", "gait4", "m.csv", "--from-hover", "--rate", "0.1")
     assert sparse.err.count("set a higher --rate") == 1
-    dense = run("export", "gait4", "n.csv", "--from-hover", "--rate", "1.5")
-    assert dense.err == ""  # a row each 0.67 s, and no part is shorter than 1 s
+    for rate in ("1.5", "1"):
+        dense = run("export", "gait4", f"{rate}.csv", "--from-hover", "--rate", rate)
+        assert dense.err == ""  # no part is shorter than 1 s
 
 
 @pytest.mark.parametrize("kind", ["equal-time", "rounded"])
