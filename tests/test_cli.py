@@ -283,6 +283,9 @@ def test_no_command_was_forgotten() -> None:
 plan | a request file or --waypoint A1,A2 must be given; see gaitgraph plan --help
 plann | No such command 'plann'. Did you mean 'plan'?
 plan --waypoints 0,0 | Did you mean '--waypoint'? See gaitgraph plan --help
+plan --color | Option '--color' requires an argument; see gaitgraph plan --help
+validate gait4 --once | --once must be given with a table of rows, got gait4; see gaitgraph validate
+fly gait4 --once | --once must be given with a table of rows, got gait4
 plan --waypoint 0.1 | Invalid value for '--waypoint': '0.1' is not two angles
 plan --waypoint 0,0,0,0 | '0,0,0,0' is not two angles
 plan --waypoint 0,0 --period soon | 'soon' is not a valid number

@@ -429,6 +429,7 @@ vehicles paper --output x.urdf | --output must be a file .xml
 vehicles light.toml --output x.xml | states no mass
 validate gait3 --vehicle good.params --coefficients exact | --coefficients must be omitted for rotors
 validate four.csv --vehicle good.params --require valid | --require must be flyable for rotors of any geometry
+validate gait4 --vehicle good.params | --vehicle with rotors must be given with a table of rows, got gait4
 validate five.csv --vehicle good.params | column 'alpha4' is missing; columns must be alpha1
 validate four.csv --vehicle still.toml | tilt_axis must be other than zero for at least one rotor
 validate four.csv --vehicle bad.toml | vehicle file 'bad.toml': position must be numbers within ±1000

@@ -108,6 +108,12 @@ class Group(click.Group):
                 warnings.simplefilter("always", FileWarning)
                 warnings.showwarning = print_warning  # type: ignore[assignment]
                 return super().invoke(ctx)
+        except click.UsageError as error:
+            name = ctx.invoked_subcommand
+            command = name and self.get_command(ctx, name)
+            if error.ctx is None and command:  # an option without its value
+                error.ctx = click.Context(command, info_name=name, parent=ctx)
+            raise
         except Infeasible as error:  # of a request that stands for its gait
             if wants_json(ctx):
                 reason = error.on_command_line

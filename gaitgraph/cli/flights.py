@@ -57,7 +57,7 @@ settings_option = click.option(
     "--duration",
     type=SECONDS,
     metavar="SECONDS",
-    show_default="what --settings says, else a period, at least 3",
+    show_default="what --settings says; else a period, at least 3, 8 or a lap and 4 by --reference",
     help="Duration of the flight.",
 )
 @period_of_file_option

@@ -73,8 +73,17 @@ def gait_in(
     from gaitgraph.planning.planner import planned_gait
 
     if once:
+        check_is_table(gait_file, "--once")
         return read_table(gait_file, joints=joints).once()
     if gait_file in PAPER_GAITS or not holds_request(gait_file):
         return gait_file
     stated = {name: value for name, value in fields.items() if value is not None}
     return GivenGait(source=planned_gait(gait_file, stated))
+
+
+def check_is_table(gait_file: str, flag: str) -> None:
+    """Raise UsageError if a flag that needs the rows of a table is given with a gait of the paper."""
+    if gait_file in PAPER_GAITS:
+        raise click.UsageError(
+            f"{flag} must be given with a table of rows, got {gait_file}"
+        )

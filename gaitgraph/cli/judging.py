@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from gaitgraph.cli.inputs import gait_in, stated_options
+from gaitgraph.cli.inputs import check_is_table, gait_in, stated_options
 from gaitgraph.cli.options import (
     PAPER_GAITS,
     SHARE,
@@ -85,11 +85,14 @@ def validate_command(
     with working(f"judging {gait_file}"):
         if vehicle is not None and not isinstance(vehicle, Vehicle):
             _check_any_rotors(require)
+            check_is_table(gait_file, "--vehicle with rotors")
             report = validate_geometry(gait_file, vehicle, once=once, floor=floor)
             return show(report)
         source: GaitLike
         states_vehicle = True
         note = ""
+        if once:
+            check_is_table(gait_file, "--once")
         if once or not (gait_file in PAPER_GAITS or holds_request(gait_file)):
             source = table = read_table(gait_file)
             states_vehicle = "vehicle" in table.about

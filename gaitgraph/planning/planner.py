@@ -58,7 +58,7 @@ _NO_LOOP: dict[str, Any] = {
 }
 VALID_LOOPS = Advice(
     "for a loop that obeys only the paper's rules, use require='valid'",
-    "for a loop that obeys only the paper's rules, use --require valid",
+    "for a loop that obeys only the paper's rules, plan with --require valid",
 )
 _APPROXIMATE = (
     f"the order of the waypoints is approximate: beyond {MOST_ANY_ORDER} waypoints not all orders are tried, "
@@ -100,8 +100,9 @@ class Plan(Pictured):
     @property
     def _found(self) -> Loop:
         if self.loop is None:
-            reasons = filter(None, (self.reason, self.advice))
-            raise Infeasible("; ".join(reasons))
+            advice = VALID_LOOPS if self.advice == VALID_LOOPS.python else None
+            reasons = filter(None, (self.reason, None if advice else self.advice))
+            raise Infeasible("; ".join(reasons), advice=advice)
         return self.loop
 
     @property
