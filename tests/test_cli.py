@@ -197,6 +197,8 @@ def test_cycles(line: Any) -> None:
             assert 0.2 <= alpha1 <= 1.3
             assert -1.3 <= alpha2 <= -0.2
     assert f"{len(rows)} cycles: all there are" in done.err
+    default = line("cycles region.toml --max-length 0.8 --json")
+    assert default.out.splitlines() == done.out.splitlines()[:20]
     first = line("cycles region.toml --max-length 0.8 --limit 3 --json")
     assert first.out.splitlines() == done.out.splitlines()[:3]
     assert first.err.startswith("3 cycles: no others are shorter than ")

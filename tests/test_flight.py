@@ -239,7 +239,10 @@ def test_a_record_has_the_numbers_of_its_rows() -> None:
     assert flight.tracking_error == pytest.approx(distances.max())
     mapping = json.loads(json.dumps(flight.as_mapping(), allow_nan=False))
     assert (mapping["final_roll"], mapping["final_pitch"]) == (roll[-1], pitch[-1])
+    errors = flight.gait_errors
+    assert errors is not None
     for part in (
+        f"attitude {errors['attitude']:.4f} rad, yaw {errors['yaw']:.4f} rad",
         f"{flight.energy:.4g} J",
         f"{flight.peak_thrust:.4g} N",
         f"{least.min():.3g} (stops below 0.01)",

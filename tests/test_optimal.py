@@ -211,6 +211,15 @@ def test_a_deadline_ends_the_improvement_of_a_gait_and_says_so() -> None:
 # -- The search for the least effort
 
 
+def test_control_points_are_shared_by_length_at_any_scale() -> None:
+    corners = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 0.3), (0.0, 0.3)])
+    points, knots = control_points_along(corners, 52)
+    assert np.diff([*knots, 52]).tolist() == [20, 6, 20, 6]
+    smaller, same = control_points_along(0.1 * corners, 52)
+    np.testing.assert_allclose(smaller, 0.1 * points, atol=1e-12)
+    assert same.tolist() == knots.tolist()
+
+
 def square_problem() -> tuple[LeastEffort, SmoothLoop]:
     discs = discs_of(SQUARE, 0.1)
     region = admissible_region(PAPER, sign="negative")
