@@ -398,8 +398,8 @@ def test_a_masked_array_without_a_masked_value_is_an_array() -> None:
     ("changed", "said"),
     cases("""
 alpha1=[], alpha2=[], alpha3=[], alpha4=[] | it must have at least one row
-alpha1=[0.1] | columns must have equally many rows
-color=["red"] | columns must have equally many rows
+alpha1=[0.1] | columns must have the same number of rows
+color=["red"] | columns must have the same number of rows
 alpha1=[0.1, None] | row 2: alpha1
 alpha1=["a", 0.1] | row 1: alpha1
 alpha1=[[0.1], [0.1]] | row 1: alpha1

@@ -192,7 +192,7 @@ def test_places_that_are_refused(folder: Path, out: str) -> None:
 write_figures("out", formats=["tiff"]) | format must be one of png, svg, pdf
 write_figures("out", formats=[]) | format must be one of
 write_figures("out", only=["3", "23"]) | only must be one of 1, 2,
-write_figures("out", only=["2"], gait=GAIT4) | gait has an effect on the figure set only
+write_figures("out", only=["2"], gait=GAIT4) | gait must be omitted unless the figure set is drawn
 draw("3,4") | name must be one of
 """),
 )

@@ -421,7 +421,7 @@ NO_ALPHA1 = {name: values for name, values in ZEROS.items() if name != "alpha1"}
 .mat | {**ZEROS, "alpha1": {"a": 1.0}} | column 'alpha1' is missing
 .npz .mat | {**ZEROS, "alpha1": np.zeros(3) * 1j} | alpha1 must be a column .*complex
 .npz .mat | {**ZEROS, "alpha1": np.zeros((3, 2))} | alpha1 must be a column .*3, 2
-.npz .mat | {**ZEROS, "alpha1": np.zeros(4)} | equally many rows, got 3 to 4
+.npz .mat | {**ZEROS, "alpha1": np.zeros(4)} | same number of rows, got 3 to 4
 .npz .parquet | {**ZEROS, "alpha1": [True] * 3} | alpha1 must be a column .*bool
 .npz .mat .parquet | {**ZEROS, "alpha1": ["1", "2", "0x"]} | row 3: alpha1
 .parquet | {**ZEROS, "alpha1": [[0.0]] * 3} | row 1: alpha1 .* got \[0.0\]
@@ -627,7 +627,7 @@ def test_mappings_are_frames() -> None:
 np.ones(3, dtype=bool) | alpha1 must be a column of numbers .*, got bool
 np.full(3, np.nan) | row 1: alpha1 must be a finite number, .* got nan
 np.zeros((3, 3)) | alpha1 must be a column .* of shape \(3, 3\)
-3 | columns must have equally many rows, got 1 to 3
+3 | columns must have the same number of rows, got 1 to 3
 """),
 )
 def test_other_mappings_are_refused(values: str, message: str) -> None:

@@ -202,7 +202,7 @@ BAD_JSON = [
     ('[{"alpha1": 0}, {"alpha2": 0}]', "row 2 must be .* with the fields of row 1"),
     ('{"alpha1": [0], "alpha1": [1], ' + ZEROS, "must differ, got 'alpha1' twice"),
     ('{"columns": 3}', "columns must be an object of lists, got 3"),
-    ('{"alpha1": [0, 1], ' + ZEROS, "must have equally many rows, got 1 to 2"),
+    ('{"alpha1": [0, 1], ' + ZEROS, "must have the same number of rows, got 1 to 2"),
     ('{"alpha1": [true], ' + ZEROS, f"alpha1 {NUMBER}, .* got True"),
     ('{"alpha1": [[0]], ' + ZEROS, f"alpha1 {NUMBER}, .* got \\[0\\]"),
     ('{"alpha1": [1e999], ' + ZEROS, f"alpha1 {NUMBER}, .* got inf"),

@@ -138,7 +138,7 @@ def colorings_command(loop_file: str, chosen: Chosen) -> int:
     "--limit",
     type=COUNT,
     default=20,
-    help="List at most so many.",
+    help="Largest number of cycles to list.",
 )
 @click.option(
     "--require",
@@ -206,7 +206,7 @@ def cycles_command(
     "--require",
     type=click.Choice(["flyable", "valid"]),
     default="flyable",
-    help="Where a gait can fly (flyable), or where R has the sign (valid).",
+    help="Region in which a gait can fly (flyable), or in which R has the sign (valid).",
 )
 @sign_option
 @servo_margin_option

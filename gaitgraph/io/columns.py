@@ -282,7 +282,7 @@ def _equally_long(raw: Mapping[str, Any], used: Sequence[str]) -> dict[str, Any]
     rows = max(lengths, default=0)
     if len(lengths) > 1:
         got = f"{min(lengths)} to {rows}"
-        raise wrong("columns", "must have equally many rows", lengths, got=got)
+        raise wrong("columns", "must have the same number of rows", lengths, got=got)
     if not rows:
         raise wrong("it", "must have at least one row", 0, got="none", field="columns")
     for name, values in columns.items():

@@ -299,7 +299,7 @@ def write_figures(
         names = [name for name in FIGURES if name in asked]
     if gait is not None and "set" not in names:
         raise InputError(
-            f"gait has an effect on the figure set only, and only selects {', '.join(names)}",
+            f"gait must be omitted unless the figure set is drawn, got one with only {', '.join(names)}",
             field="gait",
             value=gait,
         )

@@ -409,7 +409,9 @@ def _entries(
 def _check_distinct(values: Sequence[Hashable], name: str) -> None:
     """Raise InputError if there are no values or one is repeated."""
     if not 0 < len(set(values)) == len(values):
-        raise wrong(name, "must be different values, one at least", list(values))
+        raise wrong(
+            name, "must have at least one value, and no value twice", list(values)
+        )
 
 
 def _axis_of(
