@@ -211,6 +211,17 @@ def test_a_deadline_ends_the_improvement_of_a_gait_and_says_so() -> None:
 # -- The search for the least effort
 
 
+def test_a_loop_with_even_control_points_passes_where_it_did() -> None:
+    turn = np.linspace(0, 2 * math.pi, 40, endpoint=False)
+    turn += 0.3 * np.sin(turn)  # uneven
+    points = np.column_stack([np.cos(turn), np.sin(turn)])
+    loop = SmoothLoop(points=points, passes=np.array([0.0, 11.3, 25.0]))
+    even = loop.evened()
+    np.testing.assert_allclose(even.passed(), loop.passed(), atol=0.02)
+    steps = np.linalg.norm(np.diff(even.points, axis=0), axis=1)
+    assert np.ptp(steps) < 1e-3 * steps.max()
+
+
 def test_control_points_are_shared_by_length_at_any_scale() -> None:
     corners = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 0.3), (0.0, 0.3)])
     points, knots = control_points_along(corners, 52)
