@@ -510,6 +510,15 @@ def test_broken_files_are_refused(suffix: str, planned: TimedGait) -> None:
         assert re.search(BROKEN[suffix], refusal(path))
 
 
+def test_a_parquet_file_with_texts_that_are_none_is_refused() -> None:
+    text = pa.array([b"\xff+,+)"], pa.binary()).view(pa.string())
+    types = pa.DictionaryArray.from_arrays(pa.array([0, 0], pa.int32()), text)
+    columns = dict.fromkeys(ANGLES, pa.array([0.1, 0.2]))
+    pq.write_table(pa.table({**columns, "types": types}), "a.parquet")
+    with pytest.raises(gg.InputError, match="it is not a Parquet file"):
+        read_table("a.parquet")
+
+
 def test_a_parquet_file_that_lies_about_its_size_or_is_encrypted_is_refused() -> None:
     path = write_columns(".parquet", ZEROS)
     whole = path.read_bytes()

@@ -132,6 +132,7 @@ def read_parquet(path: Path) -> RawTable:
     what = "a Parquet file with one column of numbers for each column of the table"
     with library(what), path.open("rb") as stream:
         read = pq.ParquetFile(stream).read()
+        read.validate(full=True)
     columns = named_columns(read.column_names, read.combine_chunks().columns)
     about = _about_of_parquet(read.schema.metadata or {})
     return RawTable(columns=columns, about=about)
