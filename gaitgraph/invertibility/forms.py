@@ -66,15 +66,22 @@ class Form:
 
     def at(self, sines: Sines) -> FloatArray:
         """Return the values at points, shape (q, k)."""
-        n1, n2, n3, n4, count = self.table.shape
+        n1, n2, n3, n4, _ = self.table.shape
         first = sines.first if n1 == n2 == 2 else _products(sines, (0, 1), (n1, n2))
         second = sines.second if n3 == n4 == 2 else _products(sines, (2, 3), (n3, n4))
-        values = np.empty((count, first.shape[1]))
-        for start in range(0, first.shape[1], _BLOCK):
-            part = slice(start, start + _BLOCK)
-            inner = (self._matrix @ second[:, part]).reshape(count, n1 * n2, -1)
-            np.einsum("qnk,nk->qk", inner, first[:, part], out=values[:, part])
-        return values
+        starts = range(_BLOCK, first.shape[1], _BLOCK)
+        if not starts:
+            return self._contracted(first, second)
+        blocks = zip(
+            np.split(first, starts, 1), np.split(second, starts, 1), strict=True
+        )
+        return np.concatenate([self._contracted(*block) for block in blocks], axis=1)
+
+    def _contracted(self, first: FloatArray, second: FloatArray) -> FloatArray:
+        """Return the values from products of u1 and u2 and from those of u3 and u4."""
+        inner = self._matrix @ second
+        inner = inner.reshape(self.table.shape[-1], len(first), -1)
+        return np.asarray(np.einsum("qnk,nk->qk", inner, first))
 
     @cached_property
     def _matrix(self) -> FloatArray:
